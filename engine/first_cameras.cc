@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 
+#include "engine/alike_photos.h"
 #include "engine/scene_calibration.h"
 #include "engine/unnamed_camera.h"
 
@@ -23,7 +25,8 @@ constexpr double kErrorPxMax = 1.5;
 
 // Photos that one camera took, as far as they say.
 struct Group {
-  std::string name;  // CameraGroupOf; empty where they do not tell
+  std::string name;        // CameraGroupOf; empty where they do not tell
+  double focal_share = 0;  // FocalShareOf; 0 where they do not tell
   std::vector<size_t> photos;
 };
 
@@ -46,7 +49,7 @@ Result<std::vector<Group>> GroupPhotos(EngineParts* parts,
     if (known) continue;
     const std::string key = facts[i].camera_group + "\n" + facts[i].shape;
     const auto [at, is_new] = index.try_emplace(key, groups.size());
-    if (is_new) groups.push_back({facts[i].camera_group, {}});
+    if (is_new) groups.push_back({facts[i].camera_group, facts[i].focal_share.value_or(0), {}});
     groups[at->second].photos.push_back(i);
   }
   return groups;
@@ -67,7 +70,7 @@ Result<std::string> Add(EngineParts* parts, const Group& group, const Calibratio
                                  : "photos of " + std::to_string(made.model.width_px) + "x" +
                                        std::to_string(made.model.height_px);
   std::string name = wanted;
-  for (uint32_t number = 2;; ++number, name = wanted + " (" + std::to_string(number) + ")") {
+  for (uint32_t number = 2;; name = wanted + " (" + std::to_string(number++) + ")") {
     const Result<CameraId> id = parts->AddCamera(name, made.model, SourceOf(made));
     if (id.ok()) return name;
     if (id.status().code() != StatusCode::kAlreadyExists) return id.status();
@@ -99,6 +102,7 @@ struct Calibrating {
   EngineParts* parts;
   std::span<PhotoSubmission> photos;
   std::stop_token stop;
+  std::optional<AlikePhotos> alike;  // where there are more photos than are used
 
   uint32_t thread_count() const { return static_cast<uint32_t>(parts->pool->thread_count() + 1); }
   SceneCalibrationOptions options() const {
@@ -108,34 +112,49 @@ struct Calibrating {
   }
 };
 
-Result<FirstCamera> CalibrateGroup(const Calibrating& all, const Group& group) {
-  const SceneCalibrationOptions options = all.options();
-  const size_t used = std::min<size_t>(group.photos.size(), options.photos_max);
+// Of the photos those that are used: all where these are few; otherwise those that show one place,
+// for in a city's photos those that come first may show nothing in common.
+std::vector<size_t> ChoosePhotos(const Calibrating& all, const std::vector<size_t>& photos) {
+  return all.alike ? all.alike->Choose(photos, all.options().photos_max) : photos;
+}
+
+Result<FirstCamera> CalibrateGroup(const Calibrating& all, const Group& group,
+                                   const std::vector<size_t>& chosen) {
+  SceneCalibrationOptions options = all.options();
+  options.told_focal_shares = {group.focal_share};
   std::vector<PhotoSource> sources;
-  for (size_t i = 0; i < used; ++i) sources.push_back(all.photos[group.photos[i]].photo);
+  for (const size_t photo : chosen) sources.push_back(all.photos[photo].photo);
   const Result<Calibration> made = CalibrateByScene(sources, all.thread_count(), all.stop, options);
   if (made.status().code() == StatusCode::kCancelled) return made.status();
   return Found(all.parts, group, made, all.photos);
 }
 
 // The cameras of photos of which no group tells its own alone: what they see of one place together
-// says what each of them is. The first photos, in their order.
+// says what each of them is.
 Result<std::vector<FirstCamera>> CalibrateTogether(const Calibrating& all,
                                                    std::span<const Group> groups) {
-  const SceneCalibrationOptions options = all.options();
-  std::vector<std::pair<size_t, size_t>> order;  // the photo and its group
+  SceneCalibrationOptions options = all.options();
+  std::vector<size_t> photos;
+  std::map<size_t, size_t> group_of;
   for (size_t g = 0; g < groups.size(); ++g) {
-    for (const size_t photo : groups[g].photos) order.emplace_back(photo, g);
+    for (const size_t photo : groups[g].photos) {
+      photos.push_back(photo);
+      group_of[photo] = g;
+    }
   }
-  std::ranges::sort(order);
-  if (order.size() > options.photos_max) order.resize(options.photos_max);
+  std::ranges::sort(photos);
+  std::vector<size_t> chosen = ChoosePhotos(all, photos);
+  if (chosen.size() < options.images_min) chosen = photos;
+  if (chosen.size() > options.photos_max) chosen.resize(options.photos_max);
   std::vector<PhotoSource> sources;
   std::vector<uint32_t> cameras;
   std::map<size_t, uint32_t> numbers;  // of groups that have one of the photos
-  for (const auto& [photo, group] : order) {
+  for (const size_t photo : chosen) {
     sources.push_back(all.photos[photo].photo);
-    const auto number = static_cast<uint32_t>(numbers.size());
-    cameras.push_back(numbers.try_emplace(group, number).first->second);
+    const auto [at, is_new] =
+        numbers.try_emplace(group_of[photo], static_cast<uint32_t>(numbers.size()));
+    if (is_new) options.told_focal_shares.push_back(groups[at->first].focal_share);
+    cameras.push_back(at->second);
   }
   const auto made =
       CalibrateCamerasByScene(sources, cameras, all.thread_count(), all.stop, options);
@@ -164,10 +183,28 @@ std::vector<Group> SplitNameless(std::span<const Group> groups) {
       split.push_back(group);
       continue;
     }
-    for (const size_t photo : group.photos) split.push_back({{}, {photo}});
+    for (const size_t photo : group.photos) split.push_back({{}, group.focal_share, {photo}});
   }
   std::ranges::sort(split, {}, [](const Group& group) { return group.photos.front(); });
   return split;
+}
+
+// How many photos the groups have. Looks which of them are alike where more of them are there than
+// are used.
+Result<size_t> LookWhereMany(std::span<const Group> groups, Calibrating* all) {
+  size_t count = 0;
+  std::vector<PhotoSource> sources(all->photos.size());  // those of no group have no bytes
+  for (const Group& group : groups) {
+    count += group.photos.size();
+    for (const size_t photo : group.photos) sources[photo] = all->photos[photo].photo;
+  }
+  const SceneCalibrationOptions options = all->options();
+  if (count <= options.photos_max) return count;
+  VEDUTA_ASSIGN_OR_RETURN(
+      all->alike,
+      AlikePhotos::Look(sources, options.decoder ? *options.decoder : DecoderInProcess(),
+                        all->parts->pool.get(), all->stop));
+  return count;
 }
 
 bool IsAnyKnown(std::span<const FirstCamera> cameras) {
@@ -184,14 +221,18 @@ Result<std::vector<FirstCamera>> CalibrateFirst(EngineParts* parts,
   if (std::ranges::any_of(reconstructions, &ReconstructionRecord::is_living))
     return std::vector<FirstCamera>();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<Group> groups, GroupPhotos(parts, photos));
-  const Calibrating all{parts, photos, std::move(stop)};
+  Calibrating all{parts, photos, std::move(stop), {}};
   const size_t images_min = all.options().images_min;
+  VEDUTA_ASSIGN_OR_RETURN(const size_t photo_count, LookWhereMany(groups, &all));
   std::vector<FirstCamera> cameras;
-  size_t photo_count = 0;
   for (const Group& group : groups) {
-    photo_count += group.photos.size();
     if (group.photos.size() < images_min) continue;
-    VEDUTA_ASSIGN_OR_RETURN(FirstCamera first, CalibrateGroup(all, group));
+    const std::vector<size_t> chosen = ChoosePhotos(all, group.photos);
+    // What does not look alike is tried together with the others.
+    if (chosen.size() < images_min && groups.size() > 1) continue;
+    VEDUTA_ASSIGN_OR_RETURN(
+        FirstCamera first,
+        CalibrateGroup(all, group, chosen.size() < images_min ? group.photos : chosen));
     cameras.push_back(std::move(first));
   }
   if (IsAnyKnown(cameras) || photo_count < images_min) return cameras;

@@ -233,21 +233,53 @@ Status TooLittle(const std::vector<CalibrationWarning>& notes) {
 // by hand.
 constexpr double kFocalsOfSeveral[] = {0.65, 0.75, 0.85, 0.97, 1.1, 1.25, 1.45};
 
-// A reconstruction in which enough photos are placed: for one camera by the first focal length of
-// the scan that gives one, and for several the one with most photos.
+// The focal lengths of the cameras, over the longer side, as their photos tell them, and the median
+// of these for the others; empty where none tells any.
+std::vector<double> ToldFocals(const Trials& trials) {
+  std::vector<double> focals(trials.camera_count), told;
+  for (size_t i = 0; i < trials.options.told_focal_shares.size() && i < focals.size(); ++i) {
+    focals[i] = trials.options.told_focal_shares[i];
+    if (focals[i] > 0) told.push_back(focals[i]);
+  }
+  if (told.empty()) return {};
+  std::ranges::replace(focals, 0, MedianOf(told));
+  return focals;
+}
+
+Result<TrialScene> TryFocals(const Trials& trials, const Scanned& scanned,
+                             const std::vector<double>& focals) {
+  std::vector<CameraModel> guesses;
+  for (size_t i = 0; i < focals.size(); ++i) {
+    const PhotoSize& size = scanned.sizes[i];
+    guesses.push_back(FirstGuess(size.width_px, size.height_px, focals[i] * size.side_px()));
+  }
+  return BuildScene(trials, guesses);
+}
+
+bool IsEnough(const TrialScene& trial, const SceneCalibrationOptions& options) {
+  return trial.lens.photos.size() >= options.images_min &&
+         trial.lens.scene.points.size() >= kPointsMin;
+}
+
+// A reconstruction in which enough photos are placed: with what the photos tell, where that places
+// half of them; otherwise for one camera by the first focal length of the scan that gives one, and
+// for several the one with most photos.
 Result<std::optional<TrialScene>> Begin(const Trials& trials, const Scanned& scanned,
                                         ThreadPool* pool) {
-  const SceneCalibrationOptions& options = trials.options;
-  std::vector<double> focals(std::begin(kFocalsOfSeveral), std::end(kFocalsOfSeveral));
-  if (trials.camera_count == 1) focals = ScanFocals(scanned, options, pool);
   std::optional<TrialScene> best;
-  for (const double focal : focals) {
-    std::vector<CameraModel> guesses;
-    for (const PhotoSize& size : scanned.sizes)
-      guesses.push_back(FirstGuess(size.width_px, size.height_px, focal * size.side_px()));
-    VEDUTA_ASSIGN_OR_RETURN(TrialScene trial, BuildScene(trials, guesses));
+  if (const std::vector<double> told = ToldFocals(trials); !told.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(TrialScene trial, TryFocals(trials, scanned, told));
     const size_t count = trial.lens.photos.size();
-    if (count < options.images_min || trial.lens.scene.points.size() < kPointsMin) continue;
+    if (IsEnough(trial, trials.options)) best = std::move(trial);
+    if (best && 2 * count >= trials.photos.size()) return best;
+  }
+  std::vector<double> focals(std::begin(kFocalsOfSeveral), std::end(kFocalsOfSeveral));
+  if (trials.camera_count == 1) focals = ScanFocals(scanned, trials.options, pool);
+  for (const double focal : focals) {
+    const std::vector<double> same(trials.camera_count, focal);
+    VEDUTA_ASSIGN_OR_RETURN(TrialScene trial, TryFocals(trials, scanned, same));
+    if (!IsEnough(trial, trials.options)) continue;
+    const size_t count = trial.lens.photos.size();
     if (!best || count > best->lens.photos.size()) best = std::move(trial);
     if (trials.camera_count == 1 || count == trials.photos.size()) break;
   }

@@ -34,6 +34,10 @@ struct SceneCalibrationOptions {
   // >= 100. Points that are adjusted, those that most photos see. Chosen by hand.
   uint32_t points_max = 3000;
   FocalScanOptions scan;
+  // Of the cameras, the focal lengths over their photos' longer sides that the photos tell; 0 where
+  // they tell nothing. May be shorter than there are cameras. They are tried first, and mean no
+  // more than that.
+  std::vector<double> told_focal_shares;
   std::shared_ptr<const PhotoDecoder> decoder;  // null: the calling threads decode
 
   Status Check() const;  // the first violated bound, named with its value
@@ -55,8 +59,9 @@ Result<Calibration> CalibrateByScene(std::span<const PhotoSource> photos, uint32
 // The same where several cameras took the photos: `cameras` says of each photo the number of the
 // one that took it; numbers begin at 0, and each comes up first after all that are smaller. All
 // photos of one camera must have one size. Gives for each camera of the first photos_max photos its
-// calibration, or why there is none. Nothing is scanned: reconstructions are tried with a few focal
-// lengths that are the same for all cameras, over their photos' longer sides.
+// calibration, or why there is none. Nothing is scanned: reconstructions are tried with the focal
+// lengths that are told, those of the others like their median, and with a few that are the same
+// for all cameras, over their photos' longer sides.
 Result<std::vector<Result<Calibration>>> CalibrateCamerasByScene(
     std::span<const PhotoSource> photos, std::span<const uint32_t> cameras, uint32_t thread_count,
     std::stop_token stop = {}, const SceneCalibrationOptions& options = {});

@@ -83,6 +83,7 @@ ExifCamera CameraOf(const Exiv2::ExifData& data) {
   camera.lens = TextOf(data, "Exif.Photo.LensModel");
   camera.focal_mm = NumberOf(data, "Exif.Photo.FocalLength");
   camera.digital_zoom = NumberOf(data, "Exif.Photo.DigitalZoomRatio");
+  camera.focal_35mm = NumberOf(data, "Exif.Photo.FocalLengthIn35mmFilm");
   return camera;
 }
 
@@ -217,6 +218,10 @@ std::vector<uint8_t> WriteExif(const ExifCamera& camera, const std::optional<Gps
     PutText(&data, "Exif.Photo.LensModel", camera.lens);
     PutNumber(&data, "Exif.Photo.FocalLength", camera.focal_mm);
     PutNumber(&data, "Exif.Photo.DigitalZoomRatio", camera.digital_zoom);
+    if (camera.focal_35mm > 0) {
+      data["Exif.Photo.FocalLengthIn35mmFilm"] =
+          static_cast<uint16_t>(std::lround(camera.focal_35mm));
+    }
     if (gps) PutGps(&data, *gps);
     if (taken) PutTaken(&data, *taken);
     Exiv2::Blob block;

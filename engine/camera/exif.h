@@ -18,6 +18,8 @@ struct ExifCamera {
   std::string make, model, lens;
   // 0 where it is not told.
   double focal_mm = 0, digital_zoom = 0;
+  // The focal length with which a photo of 36 x 24 mm shows as much; 0 where it is not told.
+  double focal_35mm = 0;
 
   bool operator==(const ExifCamera&) const = default;
 };

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/photo/camera_group.h"
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 
 #include "engine/camera/orientation.h"
 
 namespace veduta {
 namespace {
+
+const double kFilmDiagonalMm = std::hypot(36, 24);
+constexpr double kFocalShareMin = 0.3, kFocalShareMax = 20;
 
 std::string Short(double number) {
   char text[32];
@@ -30,6 +35,14 @@ std::string CameraGroupOf(const ExifCamera& camera, const PhotoHeader& header) {
   // The sensor's middle lies elsewhere in a photo that was turned.
   if (header.orientation != 1) name += ", turned " + std::to_string(header.orientation);
   return name;
+}
+
+std::optional<double> FocalShareOf(const ExifCamera& camera, const ImageSize& size) {
+  const double width_px = size.width_px, height_px = size.height_px;
+  const double share = camera.focal_35mm / kFilmDiagonalMm * std::hypot(width_px, height_px) /
+                       std::max({width_px, height_px, 1.0});
+  if (!(share >= kFocalShareMin && share <= kFocalShareMax)) return std::nullopt;
+  return share;
 }
 
 }  // namespace veduta

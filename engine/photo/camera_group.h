@@ -2,6 +2,7 @@
 #pragma once
 // Photos that one camera took, by what they say about themselves.
 
+#include <optional>
 #include <string>
 
 #include "engine/camera/exif.h"
@@ -14,5 +15,10 @@ namespace veduta {
 // was cropped or resized has another size, and so another name. Empty where the photo does not tell
 // model and focal length, as after it was sent by a messenger.
 std::string CameraGroupOf(const ExifCamera& camera, const PhotoHeader& header);
+
+// The focal length over the photo's longer side, as the 35 mm equivalent has it, good to some
+// percent: by the diagonal, which is how most makers count it. Nothing where it is not told, or
+// where no photo has it (under 0.3 or over 20).
+std::optional<double> FocalShareOf(const ExifCamera& camera, const ImageSize& size);
 
 }  // namespace veduta

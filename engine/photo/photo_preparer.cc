@@ -136,8 +136,11 @@ Result<PhotoFacts> PhotoPreparer::Look(const PhotoSource& source) const {
     const PhotoExamination examined = decoder_.Examine(*bytes);
     const PhotoHeader& header = examined.header;
     if (header.outcome == HeaderOutcome::kNoMemory) return NotEnoughMemory();
-    PhotoFacts facts{photo.hash, CameraGroupOf(examined.camera, header), {}};
-    if (header.outcome == HeaderOutcome::kRead) facts.shape = ShapeOf(header);
+    PhotoFacts facts{photo.hash, CameraGroupOf(examined.camera, header), {}, {}};
+    if (header.outcome == HeaderOutcome::kRead) {
+      facts.focal_share = FocalShareOf(examined.camera, header.stored_size);
+      facts.shape = ShapeOf(header);
+    }
     return facts;
   } catch (const std::exception&) {
     return NotEnoughMemory();

@@ -77,9 +77,10 @@ struct PreparedPhoto {
 // What a photo tells without being decoded.
 struct PhotoFacts {
   ContentHash hash;
-  std::string camera_group;  // CameraGroupOf
-  std::string shape;         // size and orientation, the same for photos of one camera that was not
-                             // turned; empty where the file is not a photo
+  std::string camera_group;                // CameraGroupOf
+  std::optional<double> focal_share = {};  // FocalShareOf
+  std::string shape;  // size and orientation, the same for photos of one camera that was not
+                      // turned; empty where the file is not a photo
 };
 
 // The database, the tables and the decoder must outlive it. Thread-safe; a call waits while photos

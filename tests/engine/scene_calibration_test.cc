@@ -179,6 +179,47 @@ TEST(FirstCameras, TooFewPhotosOfEachCameraTellThemTogether) {
   EXPECT_TRUE(IsSound(city.Ask().snapshot()));
 }
 
+TEST(SceneCalibration, WhatThePhotosTellIsTriedFirst) {
+  const std::vector<PhotoSource> photos = Sources(Around(14));
+  const double truth_share = StreetCameraModel().fx / StreetCameraModel().width_px;
+  SceneCalibrationOptions options;
+  options.told_focal_shares = {1.06 * truth_share};
+  const Result<Calibration> told = CalibrateByScene(photos, 2, {}, options);
+  ASSERT_OK(told);
+  ExpectStreetCamera(told->model);
+  EXPECT_NEAR(told->focal_search_px / StreetCameraModel().fx, 1.06, 1e-9);
+  options.told_focal_shares = {9 * truth_share};  // nonsense
+  const Result<Calibration> scanned = CalibrateByScene(photos, 2, {}, options);
+  ASSERT_OK(scanned);
+  ExpectStreetCamera(scanned->model);
+}
+
+// Of nothing: no two look alike.
+std::vector<uint8_t> Blots(int seed) {
+  cv::Mat blots(384, 512, CV_8UC1);
+  cv::RNG random(static_cast<uint64_t>(seed) + 1);
+  random.fill(blots, cv::RNG::UNIFORM, 0, 256);
+  cv::GaussianBlur(blots, blots, {}, 4);
+  cv::normalize(blots, blots, 0, 255, cv::NORM_MINMAX);
+  std::vector<uint8_t> bytes;
+  EXPECT_TRUE(cv::imencode(".jpg", blots, bytes));
+  return bytes;
+}
+
+TEST(FirstCameras, PhotosOfOnePlaceAreSoughtAmongMany) {
+  std::vector<PhotoSubmission> photos;
+  for (int i = 0; i < 40; ++i)
+    photos.push_back({{"blots " + std::to_string(i), "", Blots(i)}, "", "anna"});
+  for (PhotoSubmission& photo : WithoutCamera(Around(14))) photos.push_back(std::move(photo));
+  City city;
+  const auto cameras = city.engine().CalibrateFirst(photos);
+  ASSERT_OK(cameras);
+  ASSERT_EQ(cameras->size(), 1u);
+  EXPECT_EQ(cameras->front().photos, 54u);
+  ASSERT_FALSE(cameras->front().name.empty()) << cameras->front().why_not;
+  ExpectStreetCamera(cameras->front().model);
+}
+
 TEST(SceneCalibration, EachPhotoNeedsACamera) {
   const std::vector<PhotoSource> photos = Sources(Around(4));
   const std::vector<uint32_t> cameras = {0, 1, 0};

@@ -44,10 +44,11 @@ std::optional<ExifCamera> ReadCamera(const DecoderAnswer& answer) {
   const auto make = FromExchange(answer.make), model = FromExchange(answer.model),
              lens = FromExchange(answer.lens);
   if (!make || !model || !lens || !IsWithin(answer.focal_mm, 0, kNumberMax) ||
-      !IsWithin(answer.digital_zoom, 0, kNumberMax)) {
+      !IsWithin(answer.digital_zoom, 0, kNumberMax) ||
+      !IsWithin(answer.focal_35mm, 0, kNumberMax)) {
     return std::nullopt;
   }
-  return ExifCamera{*make, *model, *lens, answer.focal_mm, answer.digital_zoom};
+  return ExifCamera{*make, *model, *lens, answer.focal_mm, answer.digital_zoom, answer.focal_35mm};
 }
 
 // Whether there is a sound one, or none.
@@ -92,6 +93,7 @@ DecoderAnswer AnswerOf(const PhotoExamination& found) {
   answer.lens = ToExchange<64>(found.camera.lens);
   answer.focal_mm = found.camera.focal_mm;
   answer.digital_zoom = found.camera.digital_zoom;
+  answer.focal_35mm = found.camera.focal_35mm;
   if (found.taken) {
     answer.has_taken = 1;
     answer.taken_local_unix_s = found.taken->local_unix_s;

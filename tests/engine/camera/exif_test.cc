@@ -14,7 +14,7 @@ namespace {
 using testing::ExifOf;
 using testing::FileBytes;
 
-const ExifCamera kPhone{"Apple", "iPhone 12", "wide lens", 4.2, 1.5};
+const ExifCamera kPhone{"Apple", "iPhone 12", "wide lens", 4.2, 1.5, 26};
 
 TEST(Exif, IsReadAsItWasWritten) {
   EXPECT_EQ(ReadExifCamera(ExifOf(kPhone)), kPhone);
@@ -24,8 +24,8 @@ TEST(Exif, IsReadAsItWasWritten) {
 
 TEST(Exif, SenselessTextsAndNumbersAreAbsent) {
   const ExifCamera read =
-      ReadExifCamera(ExifOf({"  Maker  ", "a\x1b[31mb", std::string(65, 'x'), 20'000, 0}));
-  EXPECT_EQ(read, (ExifCamera{"Maker", "", "", 0, 0}));
+      ReadExifCamera(ExifOf({"  Maker  ", "a\x1b[31mb", std::string(65, 'x'), 20'000, 0, 20'001}));
+  EXPECT_EQ(read, (ExifCamera{"Maker", "", "", 0, 0, 0}));
 }
 
 TEST(Exif, BrokenBlocksTellNothingOrSomething) {

@@ -28,6 +28,8 @@ inline FileBytes ExifOf(const ExifCamera& camera) {
   if (camera.focal_mm > 0) data["Exif.Photo.FocalLength"] = thousandths(camera.focal_mm);
   if (camera.digital_zoom > 0)
     data["Exif.Photo.DigitalZoomRatio"] = thousandths(camera.digital_zoom);
+  if (camera.focal_35mm > 0)
+    data["Exif.Photo.FocalLengthIn35mmFilm"] = static_cast<uint16_t>(camera.focal_35mm);
   return BlockOf(data);
 }
 

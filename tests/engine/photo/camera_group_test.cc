@@ -43,5 +43,19 @@ TEST(CameraGroup, ThereIsNoneWithoutModelOrFocalLength) {
   EXPECT_EQ(CameraGroupOf({"Apple", "iPhone 12", "", 0, 1}, header), "");
 }
 
+TEST(CameraGroup, TheEquivalentOnFilmTellsTheFocalLength) {
+  const auto share = [](double focal_35mm, const ImageSize& size) {
+    ExifCamera camera;
+    camera.focal_35mm = focal_35mm;
+    return FocalShareOf(camera, size);
+  };
+  EXPECT_NEAR(share(26, {4032, 3024}).value(), 26 / 43.2666 * 1.25, 1e-4);
+  EXPECT_EQ(share(26, {3024, 4032}), share(26, {4032, 3024}));
+  EXPECT_NEAR(share(36, {3600, 2400}).value(), 1, 1e-9) << "as wide as film";
+  for (const double senseless : {0.0, 5.0, 9999.0})
+    EXPECT_FALSE(share(senseless, {4032, 3024})) << senseless;
+  EXPECT_FALSE(share(26, {0, 0}));
+}
+
 }  // namespace
 }  // namespace veduta

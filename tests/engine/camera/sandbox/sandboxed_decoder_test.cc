@@ -83,7 +83,7 @@ TEST(SandboxedDecoder, DecodesAsThisProcessDoes) {
     ExpectSame(Decode(*decoder, specimen.bytes), here, specimen.name);
     ExpectSame(DecodePhoto(specimen.bytes, {}), here, specimen.name);
   }
-  const ExifCamera phone{"Maker", "Model 7", "Lens", 4.25, 1.5};
+  const ExifCamera phone{"Maker", "Model 7", "Lens", 4.25, 1.5, 27};
   const FileBytes photo =
       testing::WithExif(testing::JpegFile(testing::TestPicture(64, 48)), testing::ExifOf(phone));
   EXPECT_EQ(decoder->Examine(photo).camera, phone);
