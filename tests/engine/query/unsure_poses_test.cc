@@ -93,11 +93,15 @@ class CutOffTest : public testing::Test {
       pose.reconstruction = kOwn;
       transaction_->PutPose(pose);
     }
+    PutUnsure({ImageId(5)});
+  }
+
+  void PutUnsure(std::vector<ImageId> images) {
     HypothesisRecord hypothesis;
     hypothesis.a = kOwn;
     hypothesis.b = kSecond;
-    hypothesis.images = {ImageId(5)};
-    hypothesis.unsure = {ImageId(5)};
+    hypothesis.images = images;
+    hypothesis.unsure = std::move(images);
     hypothesis.reason = RefusalReason::kContradicted;
     transaction_->PutHypothesis(hypothesis);
   }
@@ -171,6 +175,20 @@ TEST_F(CutOffTest, AWeakerPairSaysNothing) {
   Pair(1, 8, 110, 5);
   Pair(2, 7, 90, 0);
   EXPECT_EQ(Untold(), std::vector<uint32_t>());
+}
+
+// 1 and 2 hold each other.
+TEST_F(CutOffTest, WhereMostAreUnsureNobodyIsTold) {
+  PutUnsure({ImageId(3), ImageId(4), ImageId(5), ImageId(6), ImageId(7), ImageId(8)});
+  Pair(1, 2, 200, 100);
+  EXPECT_EQ(Untold(), (std::vector<uint32_t>{1, 2, 3, 4, 6, 7, 8}));
+}
+
+TEST_F(CutOffTest, WhereLessThanTwoThirdsAreUnsureTheOthersAreTold) {
+  PutUnsure({ImageId(4), ImageId(5), ImageId(6), ImageId(7), ImageId(8)});
+  Pair(1, 2, 200, 100);
+  Pair(2, 3, 200, 100);
+  EXPECT_EQ(Untold(), (std::vector<uint32_t>{4, 6, 7, 8}));
 }
 
 // Whose neighbours stand elsewhere: a photo of a front like many others.

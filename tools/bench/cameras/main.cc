@@ -26,20 +26,21 @@ namespace {
 constexpr double kKept = 0.82, kCutOffMax = 0.08;
 // Any number would do.
 constexpr uint64_t kSeedOfCameras = 3;
-constexpr double kScaleMin = 0.4, kScaleMax = 0.9, kBentMin = -0.15, kBentMax = 0.1;
+constexpr double kBentMin = -0.15, kBentMax = 0.1;
 
 struct Arguments {
   std::string photos, out, size, params;
   uint64_t seed = 1;
   uint32_t cameras = 4;
+  double scale_min = 0.4, scale_max = 0.9;
 };
 
 double Between(double low, double high, SeededRandom* random) {
   return low + (high - low) * random->Unit();
 }
 
-CameraModel Draw(const CameraModel& source, SeededRandom* random) {
-  const double scale = Between(kScaleMin, kScaleMax, random);
+CameraModel Draw(const CameraModel& source, const Arguments& arguments, SeededRandom* random) {
+  const double scale = Between(arguments.scale_min, arguments.scale_max, random);
   CameraModel camera;
   camera.width_px = static_cast<uint32_t>(kKept * scale * source.width_px);
   camera.height_px = static_cast<uint32_t>(kKept * scale * source.height_px);
@@ -96,7 +97,7 @@ Status TakeAll(const Arguments& arguments) {
   // Mixed, for seeds that are close together would draw the same cameras at other places.
   SeededRandom random(MixSeed(arguments.seed, kSeedOfCameras));
   for (uint32_t c = 0; c < arguments.cameras; ++c) {
-    const CameraModel camera = Draw(source, &random);
+    const CameraModel camera = Draw(source, arguments, &random);
     cv::Mat x, y;
     VEDUTA_RETURN_IF_ERROR(Map(source, camera, &x, &y));
     size_t count = 0;
@@ -118,6 +119,10 @@ int Run(int argc, char** argv) {
   app.add_option("--seed", arguments.seed, "of the cameras that are drawn (1)");
   app.add_option("--cameras", arguments.cameras, "so many, photo after photo in turn (4)")
       ->check(CLI::Range(1, 1000));
+  app.add_option("--scale-min", arguments.scale_min, "the smallest photo over the known ones (0.4)")
+      ->check(CLI::Range(0.1, 1.0));
+  app.add_option("--scale-max", arguments.scale_max, "the largest photo over the known ones (0.9)")
+      ->check(CLI::Range(0.1, 1.0));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
