@@ -103,11 +103,12 @@ class Engine final {
 
   // Adds photos in their order and returns when all are done. Whatever follows from a photo is done
   // before the next one is applied, so the same list gives the same digest; `report` is called from
-  // the calling thread, once a photo and in order, after that. `followed` is told of every step
-  // that followed, and of its failure, which fails no photo. A photo that cannot be judged (its
-  // file cannot be read, the memory is too short, what it needs is damaged) is reported with a
-  // `failure` and not stored; the others go on. A stop request finishes the photo at hand:
-  // kCancelled. Any other error means that the photos not reported are not stored.
+  // the calling thread, once a photo and in order, after that; photos whose camera is unknown and
+  // cannot be estimated yet are tried again after the others, and reported then. `followed` is told
+  // of every step that followed, and of its failure, which fails no photo. A photo that cannot be
+  // judged (as one whose file cannot be read) is reported with a `failure` and not stored; the
+  // others go on. A stop request finishes the photo at hand: kCancelled. Any other error means that
+  // the photos not reported are not stored.
   Status AddPhotos(std::span<const PhotoSubmission> photos,
                    const std::function<void(const AddOutcome&)>& report, std::stop_token stop = {},
                    const std::function<void(const FollowUp&)>& followed = {});

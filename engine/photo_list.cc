@@ -2,8 +2,11 @@
 #include "engine/photo_list.h"
 
 #include <deque>
+#include <map>
+#include <numeric>
 #include <optional>
 #include <utility>
+#include <vector>
 
 namespace veduta {
 namespace {
@@ -21,51 +24,119 @@ class ListEnd final {
   Lane* const lane_;
 };
 
+// Of the photos that were tried again the share that must have got a camera for the others to be
+// tried once more. Chosen by hand.
+constexpr double kTriedAgainShareMin = 0.05;
+
+class ListAdding final {
+ public:
+  using Report = std::function<void(const AddOutcome&)>;
+  using Followed = std::function<void(const FollowUp&)>;
+
+  ListAdding(EngineParts* parts, std::span<const PhotoSubmission> photos,
+             std::span<const AwaitedPose> awaited, const std::stop_token& stop)
+      : scheduler_(*parts->scheduler),
+        photos_(photos),
+        awaited_(awaited),
+        stop_(stop),
+        lane_(scheduler_.OpenList(stop)),
+        end_(&scheduler_, lane_.get()) {}
+
+  Status FindCameras(EngineParts* parts) {
+    for (const PhotoSubmission& photo : photos_) {
+      VEDUTA_ASSIGN_OR_RETURN(std::optional<CameraRecord> camera, parts->FindNamed(photo.camera));
+      cameras_.push_back(std::move(camera));
+    }
+    return Status::Ok();
+  }
+
+  // Photos whose camera cannot be estimated yet are tried again once the others are there.
+  Status AddAll(const Report& report, const Followed& followed) {
+    std::vector<size_t> round(photos_.size());
+    std::iota(round.begin(), round.end(), 0);
+    std::map<size_t, AddOutcome> waiting;
+    for (bool is_first = true; !round.empty(); is_first = false) {
+      waiting.clear();
+      VEDUTA_RETURN_IF_ERROR(AddRound(round, report, followed, &waiting));
+      const size_t added = round.size() - waiting.size();
+      const double share = is_first ? 0 : kTriedAgainShareMin;
+      if (static_cast<double>(added) <= share * static_cast<double>(round.size())) break;
+      round.clear();
+      for (const auto& [photo, outcome] : waiting) round.push_back(photo);
+    }
+    for (const auto& [photo, outcome] : waiting) {
+      if (report) report(outcome);
+    }
+    return Status::Ok();
+  }
+
+ private:
+  // Reports all but those that are tried again, whose outcome goes into `waiting`.
+  Status AddRound(const std::vector<size_t>& round, const Report& report, const Followed& followed,
+                  std::map<size_t, AddOutcome>* waiting) {
+    std::deque<Ticket> tickets;
+    size_t submitted = 0;
+    for (const size_t i : round) {
+      for (; submitted < round.size() && tickets.size() <= scheduler_.window(); ++submitted)
+        tickets.push_back(Submit(round[submitted]));
+      std::vector<FollowUp> steps;
+      Result<AddOutcome> outcome = Scheduler::WaitSettled(tickets.front(), &steps);
+      tickets.pop_front();
+      if (!outcome.ok() && stop_.stop_requested() &&
+          outcome.status().code() == StatusCode::kCancelled) {
+        return Status::Cancelled("stopped after " + std::to_string(done_) + " of " +
+                                 std::to_string(photos_.size()) +
+                                 " photos; run the same command again to go on");
+      }
+      if (!outcome.ok()) return outcome.status();  // the list has ended: no later photo is applied
+      for (const FollowUp& step : steps) {
+        if (followed) followed(step);
+        AddStep(step, &*outcome);
+      }
+      if (!cameras_[i] && outcome->failure.code() == StatusCode::kNotFound) {
+        waiting->emplace(i, *std::move(outcome));
+      } else {
+        ++done_;
+        if (report) report(*outcome);
+      }
+      scheduler_.Release(lane_.get());
+    }
+    return Status::Ok();
+  }
+
+  Ticket Submit(size_t i) {
+    const PhotoSubmission& photo = photos_[i];
+    return scheduler_.SubmitToList(lane_, photo.photo, cameras_[i], photo.contributor,
+                                   awaited_.empty() ? std::nullopt : std::optional(awaited_[i]));
+  }
+
+  static void AddStep(const FollowUp& step, AddOutcome* outcome) {
+    outcome->propagated.insert(outcome->propagated.end(), step.placed.begin(), step.placed.end());
+    outcome->unplaced.insert(outcome->unplaced.end(), step.unplaced.begin(), step.unplaced.end());
+    outcome->split_off.insert(outcome->split_off.end(), step.split_off.begin(),
+                              step.split_off.end());
+  }
+
+  Scheduler& scheduler_;
+  const std::span<const PhotoSubmission> photos_;
+  const std::span<const AwaitedPose> awaited_;
+  const std::stop_token& stop_;
+  const std::shared_ptr<Lane> lane_;
+  const ListEnd end_;
+  std::vector<std::optional<CameraRecord>> cameras_;
+  size_t done_ = 0;
+};
+
 }  // namespace
 
 Status AddList(EngineParts* parts, std::span<const PhotoSubmission> photos,
                std::span<const AwaitedPose> awaited,
                const std::function<void(const AddOutcome&)>& report, const std::stop_token& stop,
                const std::function<void(const FollowUp&)>& followed) {
+  ListAdding list(parts, photos, awaited, stop);
   // A camera that is not there is said before anything is added.
-  std::vector<std::optional<CameraRecord>> cameras;
-  for (const PhotoSubmission& photo : photos) {
-    VEDUTA_ASSIGN_OR_RETURN(std::optional<CameraRecord> camera, parts->FindNamed(photo.camera));
-    cameras.push_back(std::move(camera));
-  }
-  Scheduler& scheduler = *parts->scheduler;
-  const std::shared_ptr<Lane> lane = scheduler.OpenList(stop);
-  const ListEnd end(&scheduler, lane.get());
-  std::deque<Ticket> tickets;
-  size_t submitted = 0;
-  for (size_t i = 0; i < photos.size(); ++i) {
-    for (; submitted < photos.size() && tickets.size() <= scheduler.window(); ++submitted) {
-      const PhotoSubmission& next = photos[submitted];
-      tickets.push_back(scheduler.SubmitToList(
-          lane, next.photo, cameras[submitted], next.contributor,
-          awaited.empty() ? std::nullopt : std::optional(awaited[submitted])));
-    }
-    std::vector<FollowUp> steps;
-    Result<AddOutcome> outcome = Scheduler::WaitSettled(tickets.front(), &steps);
-    tickets.pop_front();
-    if (!outcome.ok() && stop.stop_requested() &&
-        outcome.status().code() == StatusCode::kCancelled) {
-      return Status::Cancelled("stopped after " + std::to_string(i) + " of " +
-                               std::to_string(photos.size()) +
-                               " photos; run the same command again to go on");
-    }
-    if (!outcome.ok()) return outcome.status();  // the list has ended: no later photo is applied
-    for (const FollowUp& step : steps) {
-      if (followed) followed(step);
-      outcome->propagated.insert(outcome->propagated.end(), step.placed.begin(), step.placed.end());
-      outcome->unplaced.insert(outcome->unplaced.end(), step.unplaced.begin(), step.unplaced.end());
-      outcome->split_off.insert(outcome->split_off.end(), step.split_off.begin(),
-                                step.split_off.end());
-    }
-    if (report) report(*outcome);
-    scheduler.Release(lane.get());
-  }
-  return Status::Ok();
+  VEDUTA_RETURN_IF_ERROR(list.FindCameras(parts));
+  return list.AddAll(report, followed);
 }
 
 }  // namespace veduta

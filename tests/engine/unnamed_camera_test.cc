@@ -77,6 +77,24 @@ TEST(UnnamedCamera, EachPhotoThatSaysNothingHasACameraOfItsOwn) {
   EXPECT_FALSE(cameras.contains(anew.camera)) << anew.camera;
 }
 
+TEST(UnnamedCamera, WhatComesTooEarlyIsTriedAgainAfterTheOthers) {
+  City city;
+  const std::vector<Stand> walk = Walk(5, 0.5, 12);
+  std::vector<PhotoSubmission> photos = {WithoutCamera(Stand{45, 270}), WithoutCamera(walk[5])};
+  for (size_t i = 0; i < walk.size(); ++i) {
+    if (i != 5) photos.push_back(city.Submit(walk[i]));
+  }
+  const std::vector<AddOutcome> outcomes = city.Add(photos);
+  ASSERT_EQ(outcomes.size(), photos.size());
+  for (size_t i = 0; i + 2 < outcomes.size(); ++i)
+    EXPECT_EQ(outcomes[i].name, photos[i + 2].photo.name) << "in their order";
+  const AddOutcome &early = outcomes[outcomes.size() - 2], &nowhere = outcomes.back();
+  EXPECT_EQ(early.name, photos[1].photo.name);
+  EXPECT_EQ(early.verdict, Verdict::kPlaced) << early.detail << early.failure.message();
+  EXPECT_EQ(nowhere.name, photos[0].photo.name);
+  EXPECT_EQ(nowhere.failure.code(), StatusCode::kNotFound);
+}
+
 TEST(UnnamedCamera, NamesThatAreTakenAreLeftAlone) {
   City city;
   std::vector<PhotoSubmission> photos;
