@@ -12,9 +12,9 @@ namespace veduta {
 namespace {
 
 constexpr size_t kPhotosMax = 1500;
-// Strongest features of a photo that are matched. Two photos with fewer matches than kMatchesMin may
-// only show the same windows: of a rendered street such had up to 25, neighbours 30 to 100, and of
-// castle-P19 neighbours 40 to 64. More than kMatchesMax say no more: what looks all the same is
+// Strongest features of a photo that are matched. Two photos with fewer matches than kMatchesMin
+// may only show the same windows: of a rendered street such had up to 25, neighbours 30 to 100, and
+// of castle-P19 neighbours 40 to 64. More than kMatchesMax say no more: what looks all the same is
 // mostly taken from one spot, and tells little of the camera. Chosen by hand.
 constexpr uint32_t kFeatures = 160, kMatchesMin = 20, kMatchesMax = 60;
 constexpr double kRatioMax = 0.8;
