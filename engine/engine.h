@@ -64,9 +64,9 @@ class Engine final {
   Result<CameraId> AddCamera(const std::string& name, const CameraModel& model,
                              const std::string& source);
 
-  // While nothing is placed: calibrates, adds and names the cameras of photos that name none, each
-  // by its own (four at least, of one EXIF or size), or else all together. Takes as long as adding
-  // some 40 photos four to twelve times. kCancelled: cameras that were added stay.
+  // While nothing is placed: calibrates, adds and names the cameras of photos that name none, by
+  // their own photos (four of one EXIF or size), else by all, else with one for each photo. Takes as
+  // long as adding 40 photos four to twenty times. kCancelled: cameras that were added stay.
   Result<std::vector<FirstCamera>> CalibrateFirst(std::span<PhotoSubmission> photos,
                                                   std::stop_token stop = {});
 

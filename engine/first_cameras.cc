@@ -30,7 +30,7 @@ struct Group {
   std::vector<size_t> photos;
 };
 
-// By what the photos say of themselves, otherwise by their size: who sends photos together that
+// By what the photos say of themselves, otherwise by their size and their 35 mm equivalent: who sends photos together that
 // tell nothing has mostly taken them with one camera. In the order of their first photos. A photo
 // whose camera is known already, or that cannot be read, is in none.
 Result<std::vector<Group>> GroupPhotos(EngineParts* parts,
@@ -47,9 +47,12 @@ Result<std::vector<Group>> GroupPhotos(EngineParts* parts,
     if (facts[i].shape.empty()) continue;
     VEDUTA_ASSIGN_OR_RETURN(const auto known, FindUnnamedCamera(parts, facts[i]));
     if (known) continue;
-    const std::string key = facts[i].camera_group + "\n" + facts[i].shape;
+    const double focal_share = facts[i].focal_share.value_or(0);
+    std::string key = facts[i].camera_group + "\n" + facts[i].shape;
+    // Who does not name the camera may tell all the same that there are several.
+    if (facts[i].camera_group.empty()) key += "\n" + std::to_string(focal_share);
     const auto [at, is_new] = index.try_emplace(key, groups.size());
-    if (is_new) groups.push_back({facts[i].camera_group, facts[i].focal_share.value_or(0), {}});
+    if (is_new) groups.push_back({facts[i].camera_group, focal_share, {}});
     groups[at->second].photos.push_back(i);
   }
   return groups;

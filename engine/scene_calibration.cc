@@ -400,8 +400,9 @@ bool IsAtRest(const std::vector<CameraModel>& before, const std::vector<CameraMo
 }  // namespace
 
 Status SceneCalibrationOptions::Check() const {
-  return OptionBounds()
-      .AtLeast("photos_max", photos_max, 4)
+  OptionBounds bounds;
+  for (const double share : told_focal_shares) bounds.AtLeast("told_focal_shares", share, 0);
+  return bounds.AtLeast("photos_max", photos_max, 4)
       .AtLeast("scanned_photos_max", scanned_photos_max, 2)
       .AtLeast("scanned_pairs_max", scanned_pairs_max, 1)
       .AtLeast("starts_max", starts_max, 1)

@@ -34,7 +34,7 @@ struct SceneCalibrationOptions {
   // >= 100. Points that are adjusted, those that most photos see. Chosen by hand.
   uint32_t points_max = 3000;
   FocalScanOptions scan;
-  // Of the cameras, the focal lengths over their photos' longer sides that the photos tell; 0 where
+  // >= 0, of the cameras: the focal lengths over their photos' longer sides that the photos tell; 0 where
   // they tell nothing. May be shorter than there are cameras. They are tried first, and mean no
   // more than that.
   std::vector<double> told_focal_shares;

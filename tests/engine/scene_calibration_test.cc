@@ -94,6 +94,7 @@ TEST(SceneCalibration, WrongOptionsAreNamed) {
   refused("photos_max", [](SceneCalibrationOptions* o) { o->photos_max = 3; });
   refused("rounds_max", [](SceneCalibrationOptions* o) { o->rounds_max = 0; });
   refused("rest_share", [](SceneCalibrationOptions* o) { o->rest_share = 0; });
+  refused("told_focal_shares", [](SceneCalibrationOptions* o) { o->told_focal_shares = {-1}; });
   refused("scan.count", [](SceneCalibrationOptions* o) { o->scan.count = 0; });
 }
 
@@ -218,6 +219,34 @@ TEST(FirstCameras, PhotosOfOnePlaceAreSoughtAmongMany) {
   EXPECT_EQ(cameras->front().photos, 54u);
   ASSERT_FALSE(cameras->front().name.empty()) << cameras->front().why_not;
   ExpectStreetCamera(cameras->front().model);
+}
+
+// The middle of a photo that was taken smaller: as of a camera with a wider lens.
+std::vector<uint8_t> Middle(const std::vector<uint8_t>& jpeg, double scale) {
+  const cv::Mat small = cv::imdecode(Resized(jpeg, scale), cv::IMREAD_COLOR);
+  const cv::Rect middle((small.cols - 400) / 2, (small.rows - 300) / 2, 400, 300);
+  std::vector<uint8_t> bytes;
+  EXPECT_TRUE(cv::imencode(".jpg", small(middle), bytes, {cv::IMWRITE_JPEG_QUALITY, 95}));
+  return bytes;
+}
+
+TEST(FirstCameras, PhotosOfOneSizeMayBeOfManyCameras) {
+  constexpr double kScales[] = {1, 0.8};
+  std::vector<PhotoSubmission> photos = WithoutCamera(Around(14));
+  for (size_t i = 0; i < photos.size(); ++i)
+    photos[i].photo.bytes = Middle(*photos[i].photo.bytes, kScales[i % 2]);
+  City city;
+  const auto cameras = city.engine().CalibrateFirst(photos);
+  ASSERT_OK(cameras);
+  size_t known = 0;
+  for (size_t i = 0; i < photos.size(); ++i) {
+    if (photos[i].camera.empty()) continue;
+    ++known;
+    const auto stored = city.Ask().door().Camera(photos[i].camera);
+    ASSERT_OK(stored);
+    EXPECT_NEAR(stored->model.fx / (kScales[i % 2] * StreetCameraModel().fx), 1, 0.04) << i;
+  }
+  EXPECT_GE(known, 10u) << "of 14";
 }
 
 TEST(SceneCalibration, EachPhotoNeedsACamera) {
