@@ -65,8 +65,8 @@ class Engine final {
                              const std::string& source);
 
   // While nothing is placed: calibrates, adds and names the cameras of photos that name none, by
-  // their own photos (four of one EXIF or size), else by all, else with one for each photo. Takes as
-  // long as adding 40 photos four to twenty times. kCancelled: cameras that were added stay.
+  // their own photos (four of one EXIF or size), else by all, else with one for each photo. Takes
+  // as long as adding 40 photos four to twenty times. kCancelled: cameras that were added stay.
   Result<std::vector<FirstCamera>> CalibrateFirst(std::span<PhotoSubmission> photos,
                                                   std::stop_token stop = {});
 

@@ -30,9 +30,9 @@ struct Group {
   std::vector<size_t> photos;
 };
 
-// By what the photos say of themselves, otherwise by their size and their 35 mm equivalent: who sends photos together that
-// tell nothing has mostly taken them with one camera. In the order of their first photos. A photo
-// whose camera is known already, or that cannot be read, is in none.
+// By what the photos say of themselves, otherwise by their size and their 35 mm equivalent: who
+// sends photos together that tell nothing has mostly taken them with one camera. In the order of
+// their first photos. A photo whose camera is known already, or that cannot be read, is in none.
 Result<std::vector<Group>> GroupPhotos(EngineParts* parts,
                                        std::span<const PhotoSubmission> photos) {
   std::vector<PhotoFacts> facts(photos.size());

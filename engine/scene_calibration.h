@@ -34,9 +34,9 @@ struct SceneCalibrationOptions {
   // >= 100. Points that are adjusted, those that most photos see. Chosen by hand.
   uint32_t points_max = 3000;
   FocalScanOptions scan;
-  // >= 0, of the cameras: the focal lengths over their photos' longer sides that the photos tell; 0 where
-  // they tell nothing. May be shorter than there are cameras. They are tried first, and mean no
-  // more than that.
+  // >= 0, of the cameras: the focal lengths over their photos' longer sides that the photos tell; 0
+  // where they tell nothing. May be shorter than there are cameras. They are tried first, and mean
+  // no more than that.
   std::vector<double> told_focal_shares;
   std::shared_ptr<const PhotoDecoder> decoder;  // null: the calling threads decode
 
