@@ -126,17 +126,8 @@ Status CalibrateFirst(Engine* engine, std::span<PhotoSubmission> photos, std::st
   std::fprintf(stderr, "veduta: nothing is placed yet: the photos calibrate their cameras first\n");
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<FirstCamera> cameras,
                           engine->CalibrateFirst(photos, std::move(stop)));
-  for (const FirstCamera& camera : cameras) {
-    if (camera.name.empty()) {
-      std::fprintf(stderr, "veduta: the camera of %u photos could not be calibrated: %s\n",
-                   camera.photos, Printable(camera.why_not).c_str());
-    } else {
-      std::fprintf(stderr,
-                   "veduta: the camera of %u photos is '%s' now: %s, focal length to %.2g %%\n",
-                   camera.photos, Printable(camera.name).c_str(),
-                   CameraParamsText(camera.model).c_str(), 100 * camera.focal_stddev_share);
-    }
-  }
+  for (const FirstCamera& camera : cameras)
+    std::fprintf(stderr, "veduta: %s\n", Printable(FirstCameraText(ToJson(camera))).c_str());
   return Status::Ok();
 }
 

@@ -9,6 +9,7 @@
 
 #include "cli/command.h"
 #include "cli/daemon_json.h"
+#include "cli/owner_beside.h"
 #include "cli/progress.h"
 #include "storage/base/whole_file.h"
 
@@ -20,6 +21,9 @@ namespace {
 constexpr size_t kAheadMax = 16;
 // Between two questions what has become of a photo. Chosen by hand.
 constexpr std::chrono::milliseconds kLook(20);
+// Of the photos whose cameras were looked for once more the share that must have got one for the
+// others to be tried again. As Engine::AddPhotos does.
+constexpr double kTriedAgainShareMin = 0.05;
 // The largest photo that is read; the daemon says itself what it takes.
 constexpr size_t kPhotoBytesMax = size_t{1} << 30;
 
@@ -61,17 +65,40 @@ class Adding final {
 
   // Waits for the first that was sent, and says what has become of it.
   Status TellFirst() {
-    const auto [name, path] = sent_.front();
+    const std::string name = sent_.front().name, path = sent_.front().path;
     sent_.pop_front();
     for (;;) {
       VEDUTA_ASSIGN_OR_RETURN(const HttpAnswer answer, daemon_.Ask({"GET", path, "", {}}));
       const Json json = Json::parse(answer.body, nullptr, /*allow_exceptions=*/false);
       if (answer.code != 200 || !json.is_object()) return Fails(name, DetailOf(answer));
+      if (json.value("awaits_camera", false)) {
+        put_off_.push_back({name, path, json.value("why_not", "")});
+        return Status::Ok();
+      }
       const Json outcome = json.value("outcome", Json());
       if (json.value("state", "") == "failed") return Fails(name, json.value("why_not", ""));
       if (outcome.is_object()) return Tell(name, outcome);
       std::this_thread::sleep_for(kLook);
     }
+  }
+
+  // Has the cameras looked for of those that still have none, once all others had their turn, and
+  // says what has become of them, until next to none gets one. What has none then waits on.
+  Status TryPutOff(const std::stop_token& stop) {
+    for (double share = 0; !put_off_.empty() && !stop.stop_requested();
+         share = kTriedAgainShareMin) {
+      VEDUTA_RETURN_IF_ERROR(CalibrateBeside(&daemon_, [&](const std::string& camera) {
+        progress_.Say("veduta: " + Printable(camera));
+      }));
+      const auto before = static_cast<double>(put_off_.size());
+      for (Sent& photo : std::exchange(put_off_, {})) sent_.push_back(std::move(photo));
+      while (!sent_.empty()) VEDUTA_RETURN_IF_ERROR(TellFirst());
+      if (before - static_cast<double>(put_off_.size()) <= share * before) break;
+    }
+    for (const Sent& photo : std::exchange(put_off_, {}))
+      VEDUTA_RETURN_IF_ERROR(
+          Fails(photo.name, photo.why_not + ". It waits, and is tried again as the city grows"));
+    return Status::Ok();
   }
 
   // "9 placed, 1 postponed"; empty where there is nothing to tell.
@@ -81,6 +108,7 @@ class Adding final {
  private:
   struct Sent {
     std::string name, path;
+    std::string why_not = {};  // of one whose camera cannot be told yet
   };
 
   Status Tell(const std::string& name, const Json& outcome) {
@@ -109,6 +137,7 @@ class Adding final {
   const bool json_;
   Progress progress_;
   std::deque<Sent> sent_;
+  std::vector<Sent> put_off_;
   std::map<std::string, size_t> counts_;  // by verdict
   int exit_code_ = kDone;
 };
@@ -133,7 +162,7 @@ int AddBeside(DaemonClient* daemon, std::span<const PhotoSubmission> photos, boo
           return Status::Cancelled("stopped: the daemon places those that were sent");
         VEDUTA_RETURN_IF_ERROR(adding.TellFirst());
       }
-      return Status::Ok();
+      return adding.TryPutOff(stop);
     };
     added = add_all();
     summary = adding.Summary();

@@ -118,12 +118,19 @@ Result<Json> WaitForUpload(DaemonClient* daemon, uint64_t number) {
         AskForJson(daemon, {"GET", "/v1/uploads/" + std::to_string(number), "", {}}));
     const std::string state = json.value("state", "");
     if (state == "failed") return Status::IoError(json.value("why_not", ""));
+    if (json.value("awaits_camera", false)) return Status::NotFound(json.value("why_not", ""));
     if (state == "done" && json.contains("outcome")) return json["outcome"];
     std::this_thread::sleep_for(kLook);
   }
 }
 
 }  // namespace
+
+Status CalibrateBeside(DaemonClient* daemon, const std::function<void(const std::string&)>& found) {
+  VEDUTA_ASSIGN_OR_RETURN(const Json answer, Post(daemon, "/v1/cameras/calibrate", Json::object()));
+  for (const Json& camera : answer.value("cameras", Json::array())) found(FirstCameraText(camera));
+  return Status::Ok();
+}
 
 Status WaitForUploads(DaemonClient* daemon, const std::function<void(const Json&)>& placed) {
   VEDUTA_ASSIGN_OR_RETURN(const HttpAnswer answer, daemon->Ask({"GET", "/v1/uploads", "", {}}));
@@ -135,9 +142,10 @@ Status WaitForUploads(DaemonClient* daemon, const std::function<void(const Json&
     if (outcome.ok()) {
       placed(*outcome);
     } else {
-      failure = outcome.status();
+      // One whose camera cannot be told yet is not at fault: it waits on.
+      if (outcome.status().code() != StatusCode::kNotFound) failure = outcome.status();
       std::fprintf(stderr, "veduta: %s: %s\n", Printable(upload.value("image", "")).c_str(),
-                   Printable(failure.message()).c_str());
+                   Printable(outcome.status().message()).c_str());
     }
   }
   return failure;

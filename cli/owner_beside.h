@@ -13,8 +13,11 @@
 
 namespace veduta {
 
+// As Engine::CalibrateWaiting, and puts the photos in line; `found` is told FirstCameraText of each.
+Status CalibrateBeside(DaemonClient* daemon, const std::function<void(const std::string&)>& found);
 // Waits for the photos that wait for their turn now. `placed` is told what `veduta add --json`
-// prints of each; a failure is printed, and the last one is returned.
+// prints of each; a failure is printed, and the last one is returned. One whose camera cannot be
+// told yet is printed, too, and waits on.
 Status WaitForUploads(DaemonClient* daemon, const std::function<void(const Json&)>& placed);
 // As Engine::Settle.
 Status SettleBeside(DaemonClient* daemon, const std::function<void(const FollowUp&)>& followed);

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta settle DB [--threads N] [--json]
+#include <algorithm>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/command.h"
@@ -17,8 +20,11 @@ struct SettleArguments {
   bool json = false;
 };
 
-// Photos that a daemon has taken, and that it has not placed.
-Status PlaceUploads(Engine* engine, bool json, const std::stop_token& stop) {
+using Failures = std::vector<std::pair<std::string, Status>>;  // with the photo's name
+
+// Photos that a daemon has taken, and that it has not placed: how many are, and why others are not.
+Result<size_t> PlaceOnce(Engine* engine, bool json, const std::stop_token& stop,
+                         Failures* failures) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<UploadAnswer> uploads, engine->Ask().Uploads());
   std::vector<std::pair<const UploadAnswer*, Ticket>> tickets;
   for (const UploadAnswer& upload : uploads) {
@@ -27,20 +33,42 @@ Status PlaceUploads(Engine* engine, bool json, const std::stop_token& stop) {
     VEDUTA_RETURN_IF_ERROR(ticket.status());
     tickets.emplace_back(&upload, std::move(*ticket));
   }
-  Status failure;
+  failures->clear();
   for (const auto& [upload, ticket] : tickets) {
     if (stop.stop_requested()) return Status::Cancelled("stopped before all photos were placed");
     const Result<AddOutcome> outcome = ticket.Wait();
     if (!outcome.ok()) {
-      std::fprintf(stderr, "veduta: %s: %s\n", Printable(upload->name).c_str(),
-                   Printable(outcome.status().message()).c_str());
-      failure = outcome.status();
+      failures->emplace_back(upload->name, outcome.status());
     } else if (json) {
       PrintJson(ToJson(*outcome));
     } else {
       PrintLine("%-10s %s: %s", OutcomeWord(*outcome).c_str(), Printable(upload->name).c_str(),
                 Printable(OutcomeReason(*outcome)).c_str());
     }
+  }
+  return tickets.size() - failures->size();
+}
+
+bool AwaitsCamera(const Failures::value_type& failed) {
+  return failed.second.code() == StatusCode::kNotFound;
+}
+
+// The same, until no photo that waits for its camera gets one any more: those wait on, and are no
+// failure.
+Status PlaceUploads(Engine* engine, bool json, const std::stop_token& stop) {
+  Failures failures;
+  for (bool is_first = true;; is_first = false) {
+    VEDUTA_ASSIGN_OR_RETURN(const size_t placed, PlaceOnce(engine, json, stop, &failures));
+    if (std::ranges::none_of(failures, AwaitsCamera) || (placed == 0 && !is_first)) break;
+    VEDUTA_ASSIGN_OR_RETURN(const auto cameras, engine->CalibrateWaiting(stop));
+    for (const FirstCamera& camera : cameras)
+      std::fprintf(stderr, "veduta: %s\n", Printable(FirstCameraText(ToJson(camera))).c_str());
+  }
+  Status failure;
+  for (const auto& failed : failures) {
+    std::fprintf(stderr, "veduta: %s: %s\n", Printable(failed.first).c_str(),
+                 Printable(failed.second.message()).c_str());
+    if (!AwaitsCamera(failed)) failure = failed.second;
   }
   return failure;
 }
@@ -66,6 +94,10 @@ int EndWith(const Status& placed, const Status& settled) {
 
 int SettleByDaemon(DaemonClient* daemon, const SettleArguments& arguments) {
   WarnOfThreads(arguments.threads);
+  const Status calibrated = CalibrateBeside(daemon, [](const std::string& camera) {
+    std::fprintf(stderr, "veduta: %s\n", Printable(camera).c_str());
+  });
+  if (!calibrated.ok()) return Fail(calibrated);
   const Status placed = WaitForUploads(daemon, [&](const Json& outcome) {
     if (arguments.json) return PrintJson(outcome);
     PrintLine("%-10s %s: %s", Printable(outcome.value("verdict", "")).c_str(),

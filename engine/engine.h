@@ -69,6 +69,9 @@ class Engine final {
   // as long as adding 40 photos four to twenty times. kCancelled: cameras that were added stay.
   Result<std::vector<FirstCamera>> CalibrateFirst(std::span<PhotoSubmission> photos,
                                                   std::stop_token stop = {});
+  // The same of photos that wait on the disk since their camera cannot be told (Ticket::Wait): the
+  // name of a camera that is found is kept with each of its photos, and Resume adds them.
+  Result<std::vector<FirstCamera>> CalibrateWaiting(std::stop_token stop = {});
 
   // Puts a photo on the disk and in line, and returns: it is applied in its turn, and where the
   // process ends before that, once it is resumed. Contributors take turns; the journal records the

@@ -122,6 +122,11 @@ struct EngineParts {
   Status DropBackupLinks() const;
 
   bool IsInLine(uint64_t upload);
+  // Of a photo that waits on the disk; reads it from there.
+  PhotoSource SourceOf(const UploadRecord& upload);
+  // When its turn has come: off the disk, where it has ended, or has to wait for its camera with
+  // too many others.
+  void LeaveLine(const UploadRecord& upload, bool has_ended, const Result<AddOutcome>& answer);
   // Puts a photo in line that waits on the disk and is not in line, for who holds `lining_mutex`.
   Result<Ticket> Line(const UploadRecord& upload, std::optional<CameraRecord> camera,
                       AnswerCallback answered);
@@ -157,6 +162,7 @@ struct EngineParts {
   std::mutex lining_mutex;             // held while a photo gets onto the disk and in line
   std::mutex uploads_mutex;            // of `uploads`; never held while anything is written
   std::map<uint64_t, Ticket> uploads;  // that are in line
+  std::set<uint64_t> awaiting_camera;  // uploads that are not, by `uploads_mutex`
   Claimable backing_up;                // claimed while a backup is made
   Claimable dense_pass;  // claimed while a dense pass or a removal runs: one at a time
   std::unique_ptr<Scheduler> scheduler;

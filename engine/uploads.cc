@@ -5,11 +5,16 @@
 #include <utility>
 
 #include "engine/engine.h"
+#include "engine/first_cameras.h"
 #include "engine/parts.h"
 #include "engine/photo/photo_file.h"
 
 namespace veduta {
 namespace {
+
+// Photos that wait on the disk since their camera cannot be told; one more is dropped. Chosen by
+// hand: as many as a few people take in a day.
+constexpr size_t kAwaitingCameraMax = 2000;
 
 // The photo's bytes, which are read into `own` where the source does not have them.
 Result<std::span<const uint8_t>> BytesOf(const PhotoSource& source, uint64_t size_bytes_max,
@@ -134,6 +139,35 @@ Result<Ticket> Engine::Resume(uint64_t upload, AnswerCallback answered) {
   return parts.LineStored(record, std::move(answered));
 }
 
+Result<std::vector<FirstCamera>> Engine::CalibrateWaiting(std::stop_token stop) {
+  EngineParts& parts = *parts_;
+  std::set<uint64_t> awaiting;
+  {
+    const std::lock_guard lock(parts.uploads_mutex);
+    awaiting = parts.awaiting_camera;
+  }
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<UploadRecord> all,
+                          parts.database->GetSnapshot()->ListUploads());
+  std::vector<uint64_t> numbers;
+  std::vector<PhotoSubmission> photos;
+  std::set<ContentHash> hashes;  // one photo that was sent twice shows nothing new
+  for (const UploadRecord& upload : all) {
+    if (!awaiting.contains(upload.number) || !hashes.insert(upload.photo).second) continue;
+    numbers.push_back(upload.number);
+    photos.push_back({parts.SourceOf(upload), "", upload.contributor});
+  }
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<FirstCamera> cameras,
+                          veduta::CalibrateFirst(&parts, photos, std::move(stop)));
+  for (size_t i = 0; i < photos.size(); ++i) {
+    if (photos[i].camera.empty()) continue;
+    const std::lock_guard lock(parts.lining_mutex);
+    if (parts.IsInLine(numbers[i])) continue;  // somebody has resumed it meanwhile
+    const Status named = parts.database->NameUploadCamera(numbers[i], photos[i].camera);
+    if (named.code() != StatusCode::kNotFound) VEDUTA_RETURN_IF_ERROR(named);  // it was removed
+  }
+  return cameras;
+}
+
 Result<std::vector<UploadAnswer>> Questions::Uploads() const {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<UploadRecord> records, view_->snapshot->ListUploads());
   std::vector<UploadAnswer> uploads;
@@ -164,34 +198,49 @@ Result<Ticket> EngineParts::LineStored(const UploadRecord& upload, AnswerCallbac
   return Line(upload, *std::move(camera), std::move(answered));
 }
 
-Result<Ticket> EngineParts::Line(const UploadRecord& upload, std::optional<CameraRecord> camera,
-                                 AnswerCallback answered) {
-  const uint64_t number = upload.number;
-  WaitingPhoto photo;
-  photo.photo.name = upload.name;
-  photo.photo.read = [this, number]() -> Result<std::vector<uint8_t>> {
+PhotoSource EngineParts::SourceOf(const UploadRecord& upload) {
+  PhotoSource photo;
+  photo.name = upload.name;
+  photo.read = [this, number = upload.number]() -> Result<std::vector<uint8_t>> {
     VEDUTA_ASSIGN_OR_RETURN(const StoredBytes stored,
                             database->GetSnapshot()->GetUploadBytes(number));
     return std::vector<uint8_t>(stored.bytes().begin(), stored.bytes().end());
   };
+  return photo;
+}
+
+void EngineParts::LeaveLine(const UploadRecord& upload, bool has_ended,
+                            const Result<AddOutcome>& answer) {
+  if (!has_ended && answer.status().code() == kCameraUnknown) {
+    const std::lock_guard lock(uploads_mutex);
+    has_ended = awaiting_camera.size() >= kAwaitingCameraMax;
+    if (!has_ended) awaiting_camera.insert(upload.number);
+  }
+  if (has_ended) {
+    const std::optional<ContributedPhoto> fate = FateOf(upload, answer);
+    database->DeleteUpload(upload.number, fate ? &*fate : nullptr)
+        .IgnoreBecause(
+            "it is there once more when the database is next opened, and Resume finds it stored");
+  }
+  const std::lock_guard lock(uploads_mutex);
+  uploads.erase(upload.number);
+}
+
+Result<Ticket> EngineParts::Line(const UploadRecord& upload, std::optional<CameraRecord> camera,
+                                 AnswerCallback answered) {
+  WaitingPhoto photo;
+  photo.photo = SourceOf(upload);
   photo.camera = std::move(camera);
   photo.contributor = upload.contributor;
   photo.contribution = upload.contribution;
   photo.answered = std::move(answered);
   photo.leave = [this, upload](bool has_ended, const Result<AddOutcome>& answer) {
-    const uint64_t number = upload.number;
-    if (has_ended) {
-      const std::optional<ContributedPhoto> fate = FateOf(upload, answer);
-      database->DeleteUpload(number, fate ? &*fate : nullptr)
-          .IgnoreBecause(
-              "it is there once more when the database is next opened, and Resume finds it stored");
-    }
-    const std::lock_guard lock(uploads_mutex);
-    uploads.erase(number);
+    LeaveLine(upload, has_ended, answer);
   };
   const std::lock_guard lock(uploads_mutex);
-  VEDUTA_ASSIGN_OR_RETURN(Ticket ticket, scheduler->Submit(number, std::move(photo)));
-  uploads.emplace(number, ticket);
+  VEDUTA_ASSIGN_OR_RETURN(Ticket ticket, scheduler->Submit(upload.number, std::move(photo)));
+  uploads.emplace(upload.number, ticket);
+  awaiting_camera.erase(upload.number);
   return ticket;
 }
 
@@ -230,10 +279,15 @@ Result<uint64_t> EngineParts::RemoveUploads(const RemoveRequest& request) {
     const bool is_cancelled = ticket && ticket->Cancel();
     if (ticket && !is_cancelled)
       ticket->Wait().status().IgnoreBecause("whether it waits on is asked below");
+    const std::lock_guard lock(lining_mutex);
     const Result<UploadRecord> waits = database->GetSnapshot()->GetUpload(upload.number);
     if (!is_cancelled && waits.status().code() == StatusCode::kNotFound) continue;
     const std::optional<ContributedPhoto> fate = FateOf(upload, ContributionFate::kRemoved);
     VEDUTA_RETURN_IF_ERROR(database->DeleteUpload(upload.number, fate ? &*fate : nullptr));
+    {
+      const std::lock_guard line_lock(uploads_mutex);
+      awaiting_camera.erase(upload.number);
+    }
     ++removed;
   }
   return removed;

@@ -105,6 +105,10 @@ class DatabaseView final : public Database {
     const std::lock_guard one_at_a_time(uploads_mutex_);
     return veduta::AddUpload(*files(), std::move(upload), bytes, options_.sync_wal);
   }
+  Status NameUploadCamera(uint64_t number, const std::string& camera) override {
+    const std::lock_guard one_at_a_time(uploads_mutex_);
+    return veduta::NameUploadCamera(*files(), number, camera, options_.sync_wal);
+  }
   Status DeleteUpload(uint64_t number, const ContributedPhoto* fate) override {
     return veduta::DeleteUpload(*files(), number, fate);
   }

@@ -86,6 +86,8 @@ class Database {
   // of the city, and enters no digest. It is entered in its contribution, where that is there, and
   // counted once. Its number, which is the next one where `upload` has none.
   virtual Result<uint64_t> AddUpload(UploadRecord upload, std::span<const uint8_t> bytes) = 0;
+  // Gives a photo that waits the camera of that name; kNotFound. Otherwise as AddUpload.
+  virtual Status NameUploadCamera(uint64_t number, const std::string& camera) = 0;
   // Once it has had its turn, with what became of it where it is a part of a contribution. Not
   // durable by itself; does nothing where there is none.
   virtual Status DeleteUpload(uint64_t number, const ContributedPhoto* fate = nullptr) = 0;

@@ -64,6 +64,20 @@ Result<uint64_t> AddUpload(DatabaseFiles& files, UploadRecord upload,
   return upload.number;
 }
 
+Status NameUploadCamera(DatabaseFiles& files, uint64_t number, const std::string& camera,
+                        bool sync) {
+  UploadRecord upload;
+  const auto decode = [&](std::string_view value) { return Decode(value, number, &upload); };
+  VEDUTA_ASSIGN_OR_RETURN(
+      const bool is_there,
+      ValueReader(files, nullptr).Read(Family::kUploads, UploadKey(number), decode));
+  if (!is_there) return Status::NotFound("no photo waits as upload " + std::to_string(number));
+  upload.camera = camera;
+  WriteBuffer batch(files);
+  batch.Put(Family::kUploads, UploadKey(number), Encode(upload));
+  return batch.Write(sync, "name the camera of a photo that waits");
+}
+
 Status DeleteUpload(DatabaseFiles& files, uint64_t number, const ContributedPhoto* fate) {
   WriteBuffer batch(files);
   batch.Delete(Family::kUploads, UploadKey(number));

@@ -19,6 +19,8 @@ namespace veduta {
 // One call at a time.
 Result<uint64_t> AddUpload(DatabaseFiles& files, UploadRecord upload,
                            std::span<const uint8_t> bytes, bool sync);
+Status NameUploadCamera(DatabaseFiles& files, uint64_t number, const std::string& camera,
+                        bool sync);
 Status DeleteUpload(DatabaseFiles& files, uint64_t number, const ContributedPhoto* fate);
 // What AddUpload writes, into a batch; gives the upload the next number where it has none.
 Status PutUpload(DatabaseFiles& files, UploadRecord* upload, std::span<const uint8_t> bytes,

@@ -104,7 +104,8 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
       engine_(std::move(engine)),
       pool_(options.query_threads),
       dense_(engine_.get(), options.dense, std::move(listeners.dense_failed)),
-      owner_commands_(engine_.get(), &dense_, options.dense.request.cache_folder),
+      cameras_(engine_.get(), &intake_),
+      owner_commands_(engine_.get(), &dense_, &cameras_, options.dense.request.cache_folder),
       settler_([this, followed = std::move(listeners.followed)](std::stop_token stop) {
         SettleNowAndThen(std::move(stop), followed);
       }) {
@@ -286,6 +287,9 @@ HttpAnswer CityService::Metrics() const {
                      Sample("veduta_photos_waiting", "", photos.waiting) +
                      Head("veduta_photos_waiting_bytes", "gauge", "Their bytes.") +
                      Sample("veduta_photos_waiting_bytes", "", photos.waiting_bytes) +
+                     Head("veduta_photos_awaiting_camera", "gauge",
+                          "Those of them whose camera is not named and cannot be told yet.") +
+                     Sample("veduta_photos_awaiting_camera", "", photos.awaiting_camera) +
                      Head(ended, "counter", "Photos that were sent, by what became of them.");
   for (const auto& [word, count] : photos.ended)
     text += Sample(ended, "{outcome=\"" + word + "\"}", count);

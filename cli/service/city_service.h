@@ -15,6 +15,7 @@
 #include <thread>
 #include <variant>
 
+#include "cli/service/camera_keeper.h"
 #include "cli/service/city_routes.h"
 #include "cli/service/dense_keeper.h"
 #include "cli/service/gatekeeper.h"
@@ -162,6 +163,7 @@ class CityService final {
   std::unique_ptr<Engine> engine_;
   ThreadPool pool_;
   DenseKeeper dense_;
+  CameraKeeper cameras_;
   OwnerCommands owner_commands_;
   std::condition_variable_any pause_;
   std::jthread settler_;

@@ -106,6 +106,8 @@ constexpr Description kDescriptions[] = {
     {"POST", "/v1/links", "Make a link that lets whoever has it read", Body::kJson, 201},
     {"POST", "/v1/links/{link}/revoke", "Revoke a link", Body::kJson},
     {"POST", "/v1/settle", "Do what follows from the photos there are", Body::kJson},
+    {"POST", "/v1/cameras/calibrate", "Calibrate the cameras of photos that wait for theirs",
+     Body::kJson},
     {"POST", "/v1/densify", "The dense pass, now", Body::kJson},
     {"POST", "/v1/vocabulary/train", "Train a vocabulary", Body::kJson},
     {"POST", "/v1/vocabulary/import", "Use a given vocabulary", Body::kJson},

@@ -59,6 +59,7 @@ Result<DensifyRequest> DensifyOf(const Json& wanted) {
 std::vector<CityRoute> OwnerRoutes() {
   std::vector<CityRoute> routes;
   for (const PathArguments& path : {PathArguments{"v1", "settle"},
+                                    {"v1", "cameras", "calibrate"},
                                     {"v1", "densify"},
                                     {"v1", "vocabulary", "train"},
                                     {"v1", "vocabulary", "import"},
@@ -72,8 +73,9 @@ std::vector<CityRoute> OwnerRoutes() {
   return routes;
 }
 
-OwnerCommands::OwnerCommands(Engine* engine, DenseKeeper* keeper, std::string cache_folder)
-    : engine_(engine), keeper_(keeper), cache_folder_(std::move(cache_folder)) {}
+OwnerCommands::OwnerCommands(Engine* engine, DenseKeeper* keeper, CameraKeeper* cameras,
+                             std::string cache_folder)
+    : engine_(engine), keeper_(keeper), cameras_(cameras), cache_folder_(std::move(cache_folder)) {}
 
 HttpAnswer OwnerCommands::Answer(const HttpRequest& request) {
   const Json wanted = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
@@ -87,6 +89,7 @@ HttpAnswer OwnerCommands::Answer(const HttpRequest& request) {
 HttpAnswer OwnerCommands::Do(const HttpRequest& request, const Json& wanted) {
   const std::string& what = request.path.back();
   if (what == "settle") return Settle();
+  if (what == "calibrate") return CalibrateCameras();
   if (what == "densify") return Densify(wanted);
   if (what == "train") return Train(wanted);
   if (what == "backups") return Backup(wanted);
@@ -104,6 +107,14 @@ HttpAnswer OwnerCommands::Backup(const Json& wanted) {
   if (!keep.ok()) return ProblemOf(keep.status());
   const auto report = engine_->Backup({*folder, *keep}, stop_.get_token());
   return report.ok() ? JsonAnswer(200, ToJson(*report)) : ProblemOf(report.status());
+}
+
+HttpAnswer OwnerCommands::CalibrateCameras() {
+  const auto cameras = cameras_->CalibrateNow(stop_.get_token());
+  if (!cameras.ok()) return ProblemOf(cameras.status());
+  Json found = Json::array();
+  for (const FirstCamera& camera : *cameras) found.push_back(ToJson(camera));
+  return JsonAnswer(200, {{"cameras", std::move(found)}});
 }
 
 HttpAnswer OwnerCommands::Densify(const Json& wanted) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/service/camera_keeper.h"
 #include "cli/service/city_route.h"
 #include "cli/service/dense_keeper.h"
 #include "cli/service/http_message.h"
@@ -19,11 +20,12 @@ namespace veduta {
 // Their routes, all of them `is_for_owner_alone`.
 std::vector<CityRoute> OwnerRoutes();
 
-// Thread-safe. Engine and keeper must outlive it.
+// Thread-safe. Engine and keepers must outlive it.
 class OwnerCommands final {
  public:
   // Built OpenCL programs are kept in the cache folder.
-  OwnerCommands(Engine* engine, DenseKeeper* keeper, std::string cache_folder);
+  OwnerCommands(Engine* engine, DenseKeeper* keeper, CameraKeeper* cameras,
+                std::string cache_folder);
 
   // Does what the route stands for, and takes as long. 503 where two are at work already: the
   // threads that do it are those that answer questions.
@@ -34,6 +36,7 @@ class OwnerCommands final {
  private:
   HttpAnswer Do(const HttpRequest& request, const Json& wanted);
   HttpAnswer Backup(const Json& wanted);
+  HttpAnswer CalibrateCameras();
   HttpAnswer Densify(const Json& wanted);
   HttpAnswer ImportModel(const Json& wanted);
   HttpAnswer Settle();
@@ -41,6 +44,7 @@ class OwnerCommands final {
 
   Engine* const engine_;
   DenseKeeper* const keeper_;
+  CameraKeeper* const cameras_;
   const std::string cache_folder_;
   std::stop_source stop_;
   std::atomic<uint32_t> at_work_ = 0;

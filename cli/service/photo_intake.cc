@@ -18,6 +18,12 @@ constexpr double kRetryMinS = 1, kRetryMaxS = 600;
 // Uploads that have had their turn and can still be asked after. Chosen by hand: each is a KB.
 constexpr size_t kEndedMax = 10'000;
 
+// With so many photos at once a city's first cameras are looked for, whoever else still sends some:
+// a calibration uses no more. Chosen by hand.
+constexpr size_t kCameralessEnough = 40;
+// log2 of the photos that are stored between two tries of one whose camera cannot be told, at most.
+constexpr uint32_t kTriesMax = 20;
+
 // What is stored and has a place, or may get one, is 201; what takes the place of a stored photo's
 // bytes is 200; the rest is a problem that holds the outcome.
 HttpAnswer AnswerOf(const AddOutcome& outcome) {
@@ -54,7 +60,7 @@ HttpAnswer AnswerOf(const UploadNews& news) {
 // Whether the photo is on the disk all the same, and has its turn later: see Ticket::Wait.
 bool IsPutOff(const Status& failure) {
   return failure.code() == StatusCode::kIoError || failure.code() == StatusCode::kBusy ||
-         failure.code() == StatusCode::kNoMemory;
+         failure.code() == StatusCode::kNoMemory || failure.code() == StatusCode::kNotFound;
 }
 
 }  // namespace
@@ -75,7 +81,8 @@ Json UploadNews::ToJson() const {
                     : is_done ? "done"
                               : "failed"},
           {"outcome", is_done ? veduta::ToJson(**ended) : Json()},
-          {"why_not", why_not.empty() ? Json() : Json(why_not)}};
+          {"why_not", why_not.empty() ? Json() : Json(why_not)},
+          {"awaits_camera", awaits_camera}};
 }
 
 struct PhotoIntake::Upload {
@@ -86,12 +93,15 @@ struct PhotoIntake::Upload {
   const uint64_t size_bytes;
   // The rest is guarded by the intake's mutex.
   uint64_t number = 0;     // once it is known
-  bool is_in_line = true;  // false: it waits on the disk until Resume
+  bool is_in_line = true;  // false: it is put off, and waits on the disk until Resume
+  bool awaits_camera = false;
+  uint32_t tries = 0;      // after which it awaited its camera
+  uint64_t try_again = 0;  // once so many photos are stored
   std::optional<Result<AddOutcome>> ended;
   std::string why_not;             // why its turn has failed, or has not come
   std::vector<UploadHeard> heard;  // by those who wait
 
-  UploadNews news() const { return {number, name, contributor, ended, why_not}; }
+  UploadNews news() const { return {number, name, contributor, ended, why_not, awaits_camera}; }
 };
 
 std::optional<HttpAnswer> PhotoIntake::TakePlace(const Upload& upload) {
@@ -136,12 +146,51 @@ void PhotoIntake::AddPlace(const Upload& upload) {
   ++places_[upload.contributor];
   ++counts_.waiting;
   counts_.waiting_bytes += upload.size_bytes;
+  last_change_ = std::chrono::steady_clock::now();
+  changed_.notify_all();
 }
 
 void PhotoIntake::GivePlace(const Upload& upload) {
   --counts_.waiting;
   counts_.waiting_bytes -= upload.size_bytes;
   if (--places_[upload.contributor] == 0) places_.erase(upload.contributor);
+  last_change_ = std::chrono::steady_clock::now();
+  changed_.notify_all();
+}
+
+void PhotoIntake::SetInLine(Upload* upload, bool is_in_line) {
+  if (upload->is_in_line == is_in_line) return;
+  upload->is_in_line = is_in_line;
+  if (!is_in_line) {
+    ++put_off_;
+    return;
+  }
+  --put_off_;
+  upload->why_not.clear();
+  if (std::exchange(upload->awaits_camera, false)) --counts_.awaiting_camera;
+}
+
+void PhotoIntake::PutOff(Upload* upload, const Status& why) {
+  SetInLine(upload, false);
+  upload->why_not = why.message();
+  if (why.code() == StatusCode::kNotFound && !upload->awaits_camera) {
+    upload->awaits_camera = true;
+    ++counts_.awaiting_camera;
+    upload->try_again = stored_ + (uint64_t{1} << std::min(upload->tries++, kTriesMax));
+  }
+  last_change_ = std::chrono::steady_clock::now();
+  changed_.notify_all();
+}
+
+void PhotoIntake::EndUpload(Upload* upload, const Result<AddOutcome>& outcome) {
+  SetInLine(upload, true);
+  if (!outcome.ok()) upload->why_not = outcome.status().message();
+  upload->ended = outcome;
+  ++counts_.ended[outcome.ok() ? OutcomeWord(*outcome) : "failed"];
+  if (outcome.ok()) counts_.seconds += outcome->times.total_ms / 1000;
+  if (outcome.ok() && outcome->id.valid() && !outcome->duplicate) ++stored_;
+  GivePlace(*upload);
+  if (upload->number != 0) NoteEnded(upload->number);
 }
 
 void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
@@ -242,7 +291,7 @@ Result<PartialUploadAnswer> PhotoIntake::Continue(Engine* engine, const std::str
   if (after.ok() && after->upload != 0) {
     if (!after->is_in_line) {
       const std::lock_guard lock(mutex_);
-      upload->is_in_line = false;
+      SetInLine(upload.get(), false);
     }
     Enter(after->upload, upload);
   } else {
@@ -259,42 +308,85 @@ void PhotoIntake::Enter(uint64_t number, const std::shared_ptr<Upload>& upload) 
   if (upload->ended) NoteEnded(number);
 }
 
-Status PhotoIntake::Resume(Engine* engine) {
+Status PhotoIntake::Resume(Engine* engine, bool with_all_cameraless) {
+  const std::vector<uint64_t> put_off = ListPutOff();  // before the disk is read
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<UploadAnswer> waiting, engine->Ask().Uploads());
+  ForgetGone(put_off, waiting);
   Status first_failure;
   for (const UploadAnswer& one : waiting) {
-    std::shared_ptr<Upload> upload;
-    {
-      const std::lock_guard lock(mutex_);
-      if (is_closing_) return Status::Ok();
-      std::shared_ptr<Upload>& known = uploads_[one.number];
-      if (known && (known->is_in_line || known->ended)) continue;
-      if (!known) {
-        known = std::make_shared<Upload>(one.name, one.contributor, one.size_bytes);
-        known->number = one.number;
-        AddPlace(*known);
-      }
-      known->is_in_line = true;
-      upload = known;
-    }
-    const Result<Ticket> ticket =
-        engine->Resume(one.number, [this, upload](const auto& outcome) { End(upload, outcome); });
-    if (ticket.ok()) continue;
-    {
-      const std::lock_guard lock(mutex_);
-      upload->is_in_line = false;
-      // It has had its turn long ago, or has just come and is about to be entered.
-      if (ticket.status().code() == StatusCode::kNotFound ||
-          ticket.status().code() == StatusCode::kAlreadyExists) {
-        GivePlace(*upload);
-        if (uploads_[one.number] == upload) uploads_.erase(one.number);
-        continue;
-      }
-      upload->why_not = ticket.status().message();
-    }
-    if (first_failure.ok()) first_failure = ticket.status();
+    const Status resumed = ResumeOne(engine, one, with_all_cameraless);
+    if (first_failure.ok()) first_failure = resumed;
   }
   return first_failure;
+}
+
+Status PhotoIntake::ResumeOne(Engine* engine, const UploadAnswer& one, bool with_all_cameraless) {
+  std::shared_ptr<Upload> upload;
+  {
+    const std::lock_guard lock(mutex_);
+    if (is_closing_) return Status::Ok();
+    std::shared_ptr<Upload>& known = uploads_[one.number];
+    if (known && (known->is_in_line || known->ended)) return Status::Ok();
+    if (known && known->awaits_camera && !with_all_cameraless && stored_ < known->try_again)
+      return Status::Ok();
+    if (!known) {
+      known = std::make_shared<Upload>(one.name, one.contributor, one.size_bytes);
+      known->number = one.number;
+      AddPlace(*known);
+    }
+    SetInLine(known.get(), true);
+    upload = known;
+  }
+  const Result<Ticket> ticket =
+      engine->Resume(one.number, [this, upload](const auto& outcome) { End(upload, outcome); });
+  if (ticket.ok()) return Status::Ok();
+  const std::lock_guard lock(mutex_);
+  // It has had its turn long ago, or has just come and is about to be entered.
+  if (ticket.status().code() == StatusCode::kNotFound ||
+      ticket.status().code() == StatusCode::kAlreadyExists) {
+    GivePlace(*upload);
+    if (uploads_[one.number] == upload) uploads_.erase(one.number);
+    return Status::Ok();
+  }
+  PutOff(upload.get(), ticket.status());
+  return ticket.status();
+}
+
+std::vector<uint64_t> PhotoIntake::ListPutOff() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<uint64_t> numbers;
+  for (const auto& [number, upload] : uploads_) {
+    if (!upload->is_in_line && !upload->ended) numbers.push_back(number);
+  }
+  return numbers;
+}
+
+void PhotoIntake::ForgetGone(const std::vector<uint64_t>& put_off,
+                             const std::vector<UploadAnswer>& on_disk) {
+  const std::lock_guard lock(mutex_);
+  for (const uint64_t number : put_off) {
+    const auto found = uploads_.find(number);
+    if (found == uploads_.end() || found->second->is_in_line || found->second->ended) continue;
+    if (std::ranges::any_of(on_disk, [&](const auto& one) { return one.number == number; }))
+      continue;
+    const std::shared_ptr<Upload> upload = found->second;
+    EndUpload(upload.get(), Status::NotFound("it does not wait any more: " + upload->why_not));
+  }
+}
+
+size_t PhotoIntake::AwaitCameraless(size_t count_min, std::chrono::seconds quiet,
+                                    const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  const auto are_enough = [&] { return counts_.awaiting_camera >= count_min; };
+  while (!stop.stop_requested()) {
+    if (!changed_.wait(lock, stop, are_enough)) break;
+    const bool is_quiet =
+        counts_.waiting == put_off_ && std::chrono::steady_clock::now() >= last_change_ + quiet;
+    if (is_quiet || counts_.awaiting_camera >= std::max(count_min, kCameralessEnough))
+      return counts_.awaiting_camera;
+    changed_.wait_for(lock, stop, quiet, [] { return false; });
+  }
+  return 0;
 }
 
 std::optional<UploadNews> PhotoIntake::News(uint64_t upload) const {
@@ -324,14 +416,10 @@ void PhotoIntake::End(const std::shared_ptr<Upload>& upload, const Result<AddOut
     const std::lock_guard lock(mutex_);
     // Those that a closing engine has not come to wait on, and Close has answered them.
     if (is_closing_ && outcome.status().code() == StatusCode::kCancelled) return;
-    upload->is_in_line = false;
-    if (!outcome.ok()) upload->why_not = outcome.status().message();
-    if (outcome.ok() || !IsPutOff(outcome.status())) {
-      upload->ended = outcome;
-      GivePlace(*upload);
-      ++counts_.ended[outcome.ok() ? OutcomeWord(*outcome) : "failed"];
-      if (outcome.ok()) counts_.seconds += outcome->times.total_ms / 1000;
-      if (upload->number != 0) NoteEnded(upload->number);
+    if (!outcome.ok() && IsPutOff(outcome.status())) {
+      PutOff(upload.get(), outcome.status());
+    } else {
+      EndUpload(upload.get(), outcome);
     }
     heard = std::exchange(upload->heard, {});
     news = upload->news();

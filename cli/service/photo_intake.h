@@ -3,6 +3,8 @@
 // Photos that people send to the daemon. Each is put on the disk, waits there for its turn, however
 // often the daemon ends meanwhile, and is told what became of it.
 
+#include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -11,6 +13,7 @@
 #include <optional>
 #include <set>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <utility>
 #include <variant>
@@ -35,6 +38,9 @@ struct UploadNews {
   // Its turn has come, and this is what became of it; a failure where it could not be judged.
   std::optional<Result<AddOutcome>> ended;
   std::string why_not;  // why its turn has failed, or has not come
+  // It waits since its camera is not named and cannot be told yet: it is tried again as the city
+  // grows.
+  bool awaits_camera = false;
 
   Json ToJson() const;
 };
@@ -78,9 +84,14 @@ class PhotoIntake final {
   // not called then.
   std::optional<HttpAnswer> Await(uint64_t upload, UploadHeard heard);
   // Puts the photos in line that wait on the disk and are not in line: an earlier daemon has left
-  // them, or the disk failed when their turn came. The first failure; it keeps none of the others
-  // back.
-  Status Resume(Engine* engine);
+  // them, the disk failed when their turn came, or their camera could not be told and, unless all
+  // of those are to be tried, 2^n photos were stored since the n-th try. Forgets those that are
+  // gone from the disk. The first failure; it keeps none of the others back.
+  Status Resume(Engine* engine, bool with_all_cameraless = false);
+  // Waits until at least so many photos wait for their cameras, and either they are 40, or nothing
+  // has come and no other photo has waited for its turn for so long. How many they are; 0 after a
+  // stop request.
+  size_t AwaitCameraless(size_t count_min, std::chrono::seconds quiet, const std::stop_token& stop);
   // What is known of an upload: one that waits, or of the last ones that have had their turn. 404
   // for any other.
   HttpAnswer Find(uint64_t upload) const;
@@ -92,6 +103,7 @@ class PhotoIntake final {
 
   struct Counts {
     uint64_t waiting = 0, waiting_bytes = 0;  // for their turn, or being applied
+    uint64_t awaiting_camera = 0;             // of `waiting`
     std::map<std::string, uint64_t> ended;    // by OutcomeWord
     double seconds = 0;                       // that these have taken, by AddOutcome::times
   };
@@ -102,22 +114,34 @@ class PhotoIntake final {
   struct Upload;
   // A place in line, or the answer where there is none.
   std::optional<HttpAnswer> TakePlace(const Upload& upload);
-  // These four with the lock held. The last one forgets the oldest of too many that have ended.
+  // These seven with the lock held. NoteEnded forgets the oldest of too many that have ended.
   std::optional<HttpAnswer> CheckPlace(const std::string& contributor, uint64_t size_bytes) const;
   void AddPlace(const Upload& upload);
   void GivePlace(const Upload& upload);
   void NoteEnded(uint64_t number);
+  void SetInLine(Upload* upload, bool is_in_line);
+  void PutOff(Upload* upload, const Status& why);
+  void EndUpload(Upload* upload, const Result<AddOutcome>& outcome);
   // Enters the photo under its number, once that is known.
   void Enter(uint64_t number, const std::shared_ptr<Upload>& upload);
   static HttpAnswer UnknownUpload(uint64_t upload);
+  // Those that are known, have not ended and are not in line.
+  std::vector<uint64_t> ListPutOff() const;
+  // Ends those of them that do not wait on the disk any more.
+  void ForgetGone(const std::vector<uint64_t>& put_off, const std::vector<UploadAnswer>& on_disk);
+  Status ResumeOne(Engine* engine, const UploadAnswer& one, bool with_all_cameraless);
   // What the engine answers.
   void End(const std::shared_ptr<Upload>& upload, const Result<AddOutcome>& outcome);
 
   const IntakeLimits limits_;
   const PhotoEnded ended_;
   mutable std::mutex mutex_;
+  std::condition_variable_any changed_;  // a photo has come, or had its turn
   bool is_closing_ = false;
   Counts counts_;
+  size_t put_off_ = 0;   // of those that have a place
+  uint64_t stored_ = 0;  // photos that were, of all that came
+  std::chrono::steady_clock::time_point last_change_;
   std::map<std::string, size_t> places_;                 // that a contributor has; no zeros
   std::map<uint64_t, std::shared_ptr<Upload>> uploads_;  // by their numbers
   std::set<uint64_t> ended_uploads_;                     // of them

@@ -3,6 +3,7 @@
 
 #include "cli/wire/answers_json.h"
 #include "cli/wire/earth_json.h"
+#include "engine/camera/camera_text.h"
 
 namespace veduta {
 
@@ -135,6 +136,26 @@ Json ToJson(const FollowUp& step) {
           {"ms", step.ms},
           {"turn_ms", step.turn_ms},
           {"error", step.status.ok() ? Json(nullptr) : Json(step.status.message())}};
+}
+
+Json ToJson(const FirstCamera& camera) {
+  const bool is_known = !camera.name.empty();
+  return {{"camera", is_known ? Json(camera.name) : Json()},
+          {"photos", camera.photos},
+          {"params", is_known ? Json(CameraParamsText(camera.model)) : Json()},
+          {"focal_stddev_share", is_known ? Json(camera.focal_stddev_share) : Json()},
+          {"why_not", is_known ? Json() : Json(camera.why_not)}};
+}
+
+std::string FirstCameraText(const Json& camera) {
+  const std::string of_photos =
+      "the camera of " + std::to_string(camera.value("photos", 0u)) + " photos ";
+  if (!camera.contains("camera") || !camera["camera"].is_string())
+    return of_photos + "could not be calibrated: " + camera.value("why_not", "");
+  char share[32];
+  std::snprintf(share, sizeof(share), "%.2g", 100 * camera.value("focal_stddev_share", 0.0));
+  return of_photos + "is '" + camera.value("camera", "") + "' now: " + camera.value("params", "") +
+         ", focal length to " + share + " %";
 }
 
 }  // namespace veduta

@@ -27,5 +27,8 @@ Json ToJson(const LocalizedPhoto& photo);
 Json ToJson(const AddOutcome& outcome);
 Json ToJson(const StepTimes& times);
 Json ToJson(const FollowUp& step);
+Json ToJson(const FirstCamera& camera);
+// What ToJson tells of it, as a person reads it.
+std::string FirstCameraText(const Json& camera);
 
 }  // namespace veduta

@@ -144,7 +144,8 @@ class Ticket final {
   // Waits for the answer. kCancelled when the photo was cancelled or the engine was closed before
   // its turn came. Any error means that the photo is no part of the city. It still waits on the
   // disk, and is put in line by Engine::Resume, where the engine was closed, where the disk failed
-  // (kIoError, kBusy), and where the memory was short (kNoMemory).
+  // (kIoError, kBusy), where the memory was short (kNoMemory), and, unless 2,000 photos wait for
+  // that already, where its camera is not named and cannot be told yet (kNotFound).
   Result<AddOutcome> Wait() const;
   bool IsDone() const;
   // Takes the photo out of the line, and off the disk. True when it will not be applied; false when

@@ -39,8 +39,8 @@ Result<Placement> PlaceAgain(const IngestParts& parts, const std::shared_ptr<con
                                               parts.options.thorough_count_max));
   MapLoader loader(base, parts.features, parts.map);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> pairs, StoredMatches(loader, record.id));
-  return PlacePhoto({&loader, parts.map, parts.pool, parts.options.mapper}, *features, pairs,
-                    new_reconstruction, MixSeed(record.photo.Seed(), 1));
+  return PlacePhoto({&loader, parts.map, parts.pool, parts.options.mapper, parts.repetitions},
+                    *features, pairs, new_reconstruction, MixSeed(record.photo.Seed(), 1));
 }
 
 }  // namespace

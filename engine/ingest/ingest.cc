@@ -182,7 +182,7 @@ Ingest::Ingest(Database* database, Retrieval* retrieval, ImageFeatureCache* feat
                ThreadPool* pool, IngestOptions options, Doubles doubles,
                const PhotoDecoder& decoder)
     : options_(std::move(options)),
-      parts_{database, retrieval, features, pool, options_, &map_},
+      parts_{database, retrieval, features, pool, options_, &map_, &repetitions_},
       doubles_(doubles),
       decoder_(decoder) {}
 
@@ -253,7 +253,7 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera
   }
   const double retrieve_ms = watch.LapMs();
   MapLoader loader(scope.base, parts_.features, &map_);
-  const MappingContext context{&loader, &map_, parts_.pool, options_.mapper};
+  const MappingContext context{&loader, &map_, parts_.pool, options_.mapper, parts_.repetitions};
   std::optional<StoredDouble> stored_double;
   const PoseGiver give_pose = [&](const ImageFeatures& wide,
                                   std::span<const PairMatches> pairs) -> Result<Placement> {

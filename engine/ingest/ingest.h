@@ -17,6 +17,7 @@
 #include "engine/ingest/model_founding.h"
 #include "engine/ingest/photo_admission.h"
 #include "engine/ingest/write_scope.h"
+#include "engine/mapping/repetition.h"
 #include "engine/photo/photo_preparer.h"
 
 namespace veduta {
@@ -99,6 +100,7 @@ class Ingest final {
 
   const IngestOptions options_;
   CityMap map_;
+  RepetitionMemory repetitions_{1 << 18};  // pairs; chosen by hand
   const IngestParts parts_;
   const Doubles doubles_;
   const PhotoDecoder& decoder_;

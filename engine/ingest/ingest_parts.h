@@ -4,6 +4,7 @@
 
 #include "engine/ingest/ingest_options.h"
 #include "engine/mapping/city_map.h"
+#include "engine/mapping/repetition.h"
 #include "engine/photo/image_features.h"
 #include "engine/retrieval/retrieval.h"
 #include "storage/base/thread_pool.h"
@@ -20,6 +21,7 @@ struct IngestParts {
   ThreadPool* pool;
   const IngestOptions& options;
   CityMap* map;
+  RepetitionMemory* repetitions = nullptr;  // may be null
 
   // Forgets the map when it has grown too large: what it holds is loaded again when it is wanted.
   void TrimMap() const {

@@ -5,16 +5,18 @@
 #include "engine/ingest/map_loader.h"
 #include "engine/ingest/mapper_options.h"
 #include "engine/mapping/city_map.h"
+#include "engine/mapping/repetition.h"
 #include "storage/base/thread_pool.h"
 
 namespace veduta {
 
-// All four must outlive this struct. `loader` loads into `map`.
+// All of them must outlive this struct. `loader` loads into `map`.
 struct MappingContext {
   MapLoader* loader;
   CityMap* map;
   ThreadPool* pool;
   const MapperOptions& options;
+  RepetitionMemory* repetitions = nullptr;  // may be null
 };
 
 }  // namespace veduta

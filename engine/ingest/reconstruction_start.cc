@@ -39,7 +39,8 @@ Result<ReconstructionStart> StartReconstruction(const MappingContext& context,
   start.view_count = static_cast<uint32_t>(views.images.size());
   CityMap triple;
   if (start.view_count >= 3)
-    start.outcome = TryFounding(views, photo.id, id, seed, context.options.founding, &triple);
+    start.outcome = TryFounding(views, photo.id, id, seed, context.options.founding, &triple,
+                                context.repetitions);
   if (start.outcome != FoundingOutcome::kFounded) return start;
   start.placed = PlaceTriple(triple, photo.id, &start.point_count, context.map);
   for (const ImageId image : start.placed) VEDUTA_RETURN_IF_ERROR(GrowAround(context, image));

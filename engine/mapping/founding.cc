@@ -278,7 +278,8 @@ double DepthVariance(const PairRecord& pair, const MapImage& a, const MapImage& 
 
 FoundingOutcome TryFounding(const FoundingViews& views, ImageId required,
                             ReconstructionId reconstruction, uint64_t seed,
-                            const FoundingOptions& options, CityMap* map) {
+                            const FoundingOptions& options, CityMap* map,
+                            RepetitionMemory* memory) {
   std::vector<std::pair<double, const PairRecord*>> ranked;
   for (const PairRecord& pair : views.pairs) {
     const double variance = DepthVariance(pair, Find(views, pair.a), Find(views, pair.b));
@@ -298,7 +299,7 @@ FoundingOutcome TryFounding(const FoundingViews& views, ImageId required,
     FoundingOutcome of_pair = FoundFrom(triple, pair->b_from_a, options, map);
     if (of_pair == FoundingOutcome::kFounded) of_pair = CompareWithTwin(triple, options, map);
     if (of_pair == FoundingOutcome::kFounded) {
-      if (RepeatedShare(views.images, views.pairs, seed, options.repetition) <=
+      if (RepeatedShare(views.images, views.pairs, options.repetition, memory) <=
           options.repeated_share_max)
         return of_pair;
       outcome = FoundingOutcome::kRepeated;

@@ -81,9 +81,10 @@ double DepthVariance(const PairRecord& pair, const MapImage& a, const MapImage& 
 // `required` must be among the three, for triples without it were tried before. On success `map`
 // holds exactly the three placed images and their points under `reconstruction`, with the first
 // pair's baseline as unit of length and the frame of the first camera; otherwise it is empty.
-// Deterministic in its inputs and the seed.
+// Deterministic in its inputs and the seed. `memory`: RepeatedShare.
 FoundingOutcome TryFounding(const FoundingViews& views, ImageId required,
                             ReconstructionId reconstruction, uint64_t seed,
-                            const FoundingOptions& options, CityMap* map);
+                            const FoundingOptions& options, CityMap* map,
+                            RepetitionMemory* memory = nullptr);
 
 }  // namespace veduta

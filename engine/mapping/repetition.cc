@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <compare>
+#include <cstring>
 #include <vector>
 
 #include "engine/matching/contrast_class.h"
@@ -56,6 +58,9 @@ std::vector<Alike> FindAlike(const View& a, uint32_t feature, const View& b,
   alike.resize(count);
   return alike;
 }
+
+// Bytes of a descriptor that tell one feature from another: those of its middle are rarely 0.
+constexpr size_t kLookOffset = 60;
 
 // What two views agree upon, and what else would be as good.
 struct Rivals {
@@ -114,6 +119,33 @@ Homography PlaneOf(const PairRecord& pair, const View& a, const View& b, double 
   return FindHomography(x_a, x_b, distance_max, /*sample_count=*/400, seed);
 }
 
+uint64_t LookOf(const View& view, uint32_t feature) {
+  uint64_t look = 0;
+  std::memcpy(&look, view.image.features->descriptor(feature) + kLookOffset, sizeof(look));
+  return look;
+}
+
+// A value that stands for the pair and what it matches: what it shows again and again depends on
+// nothing else, and on no chance.
+uint64_t SeedOf(const PairRecord& pair, const View& a, const View& b) {
+  uint64_t seed = MixSeed(pair.a.value, pair.b.value);
+  seed = MixSeed(MixSeed(seed, a.x.size()), b.x.size());
+  for (const FeatureMatch& match : pair.matches) {
+    seed = MixSeed(seed, (uint64_t{match.a} << 32) + match.b);
+    seed = MixSeed(seed, LookOf(a, match.a) ^ std::rotl(LookOf(b, match.b), 1));
+  }
+  return seed;
+}
+
+Repetition RepetitionOf(const PairRecord& pair, const View& a, const View& b, uint64_t seed,
+                        const RepetitionOptions& options) {
+  const double distance_max = options.error_px_max / b.image.camera.focal_px();
+  const Homography plane = PlaneOf(pair, a, b, distance_max, seed);
+  if (plane.inlier_count == 0) return {};
+  const Rivals rivals = FindRivals(a, b, plane, options);
+  return {rivals.agreeing, CountRivalled(rivals, distance_max, seed, options)};
+}
+
 }  // namespace
 
 Status RepetitionOptions::Check() const {
@@ -130,7 +162,7 @@ Status RepetitionOptions::Check() const {
 }
 
 double RepeatedShare(std::span<const MapImage> images, std::span<const PairRecord> pairs,
-                     uint64_t seed, const RepetitionOptions& options) {
+                     const RepetitionOptions& options, RepetitionMemory* memory) {
   std::vector<const PairRecord*> asked;
   for (const PairRecord& pair : pairs) asked.push_back(&pair);
   std::stable_sort(asked.begin(), asked.end(), [](const PairRecord* x, const PairRecord* y) {
@@ -144,18 +176,19 @@ double RepeatedShare(std::span<const MapImage> images, std::span<const PairRecor
     return *std::find_if(views.begin(), views.end(),
                          [&](const View& view) { return view.image.id == id; });
   };
-  size_t agreeing = 0, rivalled = 0;
+  Repetition all;
   for (const PairRecord* pair : asked) {
     const View &a = view_of(pair->a), &b = view_of(pair->b);
-    const uint64_t of_pair = MixSeed(MixSeed(seed, pair->a.value), pair->b.value);
-    const double distance_max = options.error_px_max / b.image.camera.focal_px();
-    const Homography plane = PlaneOf(*pair, a, b, distance_max, of_pair);
-    if (plane.inlier_count == 0) continue;
-    const Rivals rivals = FindRivals(a, b, plane, options);
-    agreeing += rivals.agreeing;
-    rivalled += CountRivalled(rivals, distance_max, of_pair, options);
+    const uint64_t seed = SeedOf(*pair, a, b);
+    std::optional<Repetition> known;
+    if (memory != nullptr) known = memory->Find(seed);
+    if (!known) known = RepetitionOf(*pair, a, b, seed, options);
+    if (memory != nullptr) memory->Put(seed, known, 1);
+    all.agreeing += known->agreeing;
+    all.rivalled += known->rivalled;
   }
-  return agreeing == 0 ? 0 : static_cast<double>(rivalled) / static_cast<double>(agreeing);
+  return all.agreeing == 0 ? 0
+                           : static_cast<double>(all.rivalled) / static_cast<double>(all.agreeing);
 }
 
 }  // namespace veduta

@@ -7,9 +7,11 @@
 // two views have in common fits elsewhere in the same picture, too.
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "engine/mapping/city_map.h"
+#include "storage/base/lru_cache.h"
 #include "storage/base/status.h"
 #include "storage/model/pair.h"
 
@@ -41,11 +43,22 @@ struct RepetitionOptions {
   Status Check() const;
 };
 
+// How many features of a pair of views agree upon a plane, and how many of them another homography
+// puts elsewhere.
+struct Repetition {
+  size_t agreeing = 0, rivalled = 0;
+};
+// Of pairs, by what they match. Views that found nothing are asked anew with each photo that comes
+// to them, and all but one of them are the same.
+using RepetitionMemory = LruCache<uint64_t, std::optional<Repetition>>;
+
 // Of the features by which pairs of views agree upon a plane, over all pairs: the share that
 // another homography, of descriptors nearly as alike, puts elsewhere in the same picture. In
 // [0, 1]; 0 where no feature agrees. `images` hold both images of each pair; their poses are of no
-// account. Deterministic in its inputs and the seed; thread-safe; about 11 ms for each pair.
+// account. What is known of a pair is taken from `memory`, or remembered there, if that is given: it
+// must be asked with one set of options. Deterministic in its inputs; thread-safe; about 11 ms for
+// each pair that is not known.
 double RepeatedShare(std::span<const MapImage> images, std::span<const PairRecord> pairs,
-                     uint64_t seed, const RepetitionOptions& options);
+                     const RepetitionOptions& options, RepetitionMemory* memory = nullptr);
 
 }  // namespace veduta

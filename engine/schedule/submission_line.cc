@@ -40,7 +40,7 @@ bool Ticket::Cancel() {
 bool WaitsOn(const Status& failure) {
   const StatusCode code = failure.code();
   return code == StatusCode::kCancelled || code == StatusCode::kNoMemory ||
-         code == StatusCode::kIoError || code == StatusCode::kBusy;
+         code == StatusCode::kIoError || code == StatusCode::kBusy || code == kCameraUnknown;
 }
 
 void AnswerCancelled(const WaitingPhoto& photo) {

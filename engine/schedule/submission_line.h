@@ -48,8 +48,11 @@ struct Lane {
 };
 
 // Whether a photo that waits on the disk is to wait on after this failure, which says nothing about
-// it: the engine is being closed, the disk has failed, the memory is short.
+// it: the engine is being closed, the disk has failed, the memory is short, or its camera cannot be
+// told yet.
 bool WaitsOn(const Status& failure);
+// The failure of one whose camera is not named and cannot be told yet.
+inline constexpr StatusCode kCameraUnknown = StatusCode::kNotFound;
 
 struct WaitingPhoto {
   std::shared_ptr<PhotoProgress> ticket;

@@ -244,7 +244,8 @@ class BesideADaemon(Case):
             must('copy', db, at('a copy'))
             self.refused(1, 'exists', 'copy', db, at('a copy'))
             for path in ('/v1/backups', '/v1/copies', '/v1/settle', '/v1/densify',
-                         '/v1/vocabulary/train', '/v1/vocabulary/import', '/v1/models'):
+                         '/v1/vocabulary/train', '/v1/vocabulary/import', '/v1/models',
+                         '/v1/cameras/calibrate'):
                 code, _, answer = daemon.ask('POST', path, '{}')
                 self.assertEqual(code, 403, answer)
         must('restore', folder, at('first served'), '--backup', '1')

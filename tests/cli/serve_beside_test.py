@@ -68,6 +68,33 @@ class Beside(Case):
         must('camera', 'add', alone, 'd', '--size', SIZE, '--params', PARAMS)
         self.assertEqual(must('digest', beside), must('digest', alone))
 
+    def test_a_city_begins_without_a_named_camera_as_without_a_daemon(self):
+        photos = [at('street', 'photos', name_of(n)) for n in NUMBERS]
+        beside, alone, later = at('nameless'), at('nameless_alone'), at('nameless_later')
+        told = {}
+        for db in (beside, alone, later):
+            must('init', db)
+        with Daemon(beside) as daemon:
+            for db in (beside, alone):
+                code, out, err = run('add', db, '--contributor', 'anna', *photos)
+                self.assertEqual(code, 0, err)
+                self.assertIn("is 'photos of 512x384' now", err)
+                told[db] = [line for line in out.splitlines() if not line.startswith('  ')]
+            self.assertEqual(told[beside], told[alone])
+            self.assertEqual(daemon.get('/v1/uploads'), [])
+        must('settle', beside)
+        self.assertEqual(must('digest', beside), must('digest', alone))
+
+        # Those that a daemon has taken and could not place are placed by `settle`.
+        with Daemon(later) as daemon:
+            for n in NUMBERS:
+                code, _, answer = daemon.send(name_of(n), photo(n), 'anna', camera='')
+                self.assertEqual((code, answer['awaits_camera']), (202, True), answer)
+        code, out, err = run('settle', later)
+        self.assertEqual(code, 0, err)
+        self.assertIn("is 'photos of 512x384' now", err)
+        self.assertEqual(must('digest', later), must('digest', alone))
+
     def test_the_owner_removes_and_forbids_through_the_daemon(self):
         beside, alone = new_database('curated'), new_database('curated_alone')
         photos = [at('street', 'photos', name_of(n)) for n in NUMBERS]

@@ -129,6 +129,7 @@ export interface Upload {
   state: "waiting" | "done" | "failed";
   outcome: Outcome | null;
   why_not: string | null;
+  awaits_camera: boolean; // it waits since its camera is not named and cannot be told yet
 }
 
 // Who looks at the page; no role where the city has no tokens.

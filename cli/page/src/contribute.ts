@@ -124,7 +124,13 @@ export class Sender {
       const before = file.arrivedBytes;
       try {
         const arrived = await file.send(await this.metadataOf(job));
-        this.wait(job, { ...arrived, state: "waiting", outcome: null, why_not: null });
+        this.wait(job, {
+          ...arrived,
+          state: "waiting",
+          outcome: null,
+          why_not: null,
+          awaits_camera: false,
+        });
         return;
       } catch (error) {
         if (error instanceof Problem) {

@@ -116,6 +116,7 @@ std::vector<Asked> AllRoutes() {
   for (const Asked& asked : RoutesOfStacAndLinks()) all.push_back(asked);
   for (const Asked& asked : {Asked{"POST", {"v1", "settle"}, 5, true},
                              {"POST", {"v1", "models"}, 5, true},
+                             {"POST", {"v1", "cameras", "calibrate"}, 5, true},
                              {"POST", {"v1", "densify"}, 5, true},
                              {"POST", {"v1", "vocabulary", "train"}, 5, true},
                              {"POST", {"v1", "vocabulary", "import"}, 5, true},

@@ -219,6 +219,62 @@ TEST(PhotoIntake, AnotherDaemonGoesOnWithWhatWaits) {
   EXPECT_TRUE((*engine)->Ask().Uploads()->empty());
 }
 
+HttpRequest WithoutCamera(const Stand& stand) {
+  const TakenPhoto& photo = TakePhoto(stand);
+  HttpRequest request = Photo(photo.name, photo.jpeg);
+  request.query.erase("camera");
+  request.query["contributor"] = "anna";
+  return request;
+}
+
+TEST(PhotoIntake, WhoseCameraCannotBeToldIsTriedAgainAsTheCityGrows) {
+  PhotoIntake intake({}, Ignore);
+  City city;
+  Answers answers;
+  const std::vector<Stand> walk = Walk(5, 0.5, 12);
+  const auto state = [&] { return Json::parse(intake.Find(1).body); };
+  const auto settle = [&] {  // until nothing waits that may have its turn
+    ASSERT_OK(intake.Resume(&city.engine()));
+    while (state()["state"] == "waiting" && !state()["awaits_camera"].get<bool>())
+      std::this_thread::yield();
+  };
+  intake.Take(&city.engine(), WithoutCamera(walk[5]), answers.Take());
+  const HttpAnswer put_off = answers.Wait(1)[0];
+  EXPECT_EQ(put_off.code, 202u) << put_off.body;
+  EXPECT_EQ(Json::parse(put_off.body)["awaits_camera"], true);
+  EXPECT_NE(put_off.body.find("cannot be estimated yet"), std::string::npos) << put_off.body;
+  EXPECT_EQ(intake.counts().awaiting_camera, 1u);
+  EXPECT_EQ(intake.counts().waiting, 1u);
+  EXPECT_EQ(intake.AwaitCameraless(1, std::chrono::seconds(0), {}), 1u);
+  for (size_t i = 0; i < walk.size(); ++i) {
+    if (i == 5) continue;
+    HttpRequest photo = WithoutCamera(walk[i]);
+    photo.query["camera"] = "street";
+    intake.Take(&city.engine(), std::move(photo), answers.Take());
+    answers.Wait(i < 5 ? i + 2 : i + 1);
+    settle();
+  }
+  EXPECT_EQ(state()["state"], "done");
+  EXPECT_EQ(state()["outcome"]["verdict"], "placed") << intake.Find(1).body;
+  EXPECT_EQ(intake.counts().awaiting_camera, 0u);
+  EXPECT_EQ(intake.counts().waiting, 0u);
+}
+
+TEST(PhotoIntake, WhatIsRemovedWhileItWaitsForItsCameraGivesItsPlace) {
+  PhotoIntake intake({}, Ignore);
+  City city;
+  Answers answers;
+  intake.Take(&city.engine(), WithoutCamera(Stand{45, 270}), answers.Take());
+  EXPECT_EQ(answers.Wait(1)[0].code, 202u);
+  RemoveRequest request;
+  request.contributor = "anna";
+  ASSERT_OK(city.engine().Remove(request));
+  ASSERT_OK(intake.Resume(&city.engine()));
+  EXPECT_EQ(Json::parse(intake.Find(1).body)["state"], "failed");
+  EXPECT_EQ(intake.counts().waiting, 0u);
+  EXPECT_EQ(intake.counts().awaiting_camera, 0u);
+}
+
 TEST(IntakeLimits, HaveBounds) {
   ExpectBounds(&IntakeLimits::photos_max, "photos_max", {0u, 1'000'001u}, {1u, 1'000'000u});
   ExpectBounds(&IntakeLimits::bytes_max, "bytes_max", {uint64_t{0}}, {uint64_t{1}});

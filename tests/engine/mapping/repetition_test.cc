@@ -29,7 +29,7 @@ Views MakeViews(uint32_t repeats, bool planar) {
 }
 
 double ShareOf(const Views& views, const RepetitionOptions& options = {}) {
-  return RepeatedShare(views.images, views.pairs, 1, options);
+  return RepeatedShare(views.images, views.pairs, options);
 }
 
 TEST(Repetition, AFrontOfColumnsThatAreAlikeIsTold) {
@@ -56,7 +56,7 @@ TEST(Repetition, WithoutPairsOrMatchesThereIsNone) {
   EXPECT_EQ(ShareOf(views), 0);
   views.pairs.clear();
   EXPECT_EQ(ShareOf(views), 0);
-  EXPECT_EQ(RepeatedShare({}, {}, 1, {}), 0);
+  EXPECT_EQ(RepeatedShare({}, {}, {}), 0);
 }
 
 TEST(Repetition, ThePairsWithMostMatchesAreAsked) {
@@ -67,6 +67,20 @@ TEST(Repetition, ThePairsWithMostMatchesAreAsked) {
   views.images[1] = others.images[1];
   views.pairs[0] = others.pairs[0];  // of images 1 and 2
   EXPECT_LT(ShareOf(views, {.pair_count_max = 1}), 0.02);
+}
+
+TEST(Repetition, WhatIsRememberedChangesNothing) {
+  RepetitionMemory memory(100);
+  Views views = MakeViews(6, true);
+  const double share = ShareOf(views);
+  EXPECT_EQ(RepeatedShare(views.images, views.pairs, {}, &memory), share);
+  EXPECT_EQ(RepeatedShare(views.images, views.pairs, {}, &memory), share);
+  // Other matches of the same images are another pair.
+  const Views others = MakeViews(1, true);
+  EXPECT_EQ(RepeatedShare(others.images, others.pairs, {}, &memory), ShareOf(others));
+  // So are fewer of them.
+  for (PairRecord& pair : views.pairs) pair.matches.resize(30);
+  EXPECT_EQ(RepeatedShare(views.images, views.pairs, {}, &memory), ShareOf(views));
 }
 
 TEST(Repetition, OptionsOutOfBoundsAreNamed) {
