@@ -13,7 +13,8 @@
 
 namespace veduta {
 
-// As Engine::CalibrateWaiting, and puts the photos in line; `found` is told FirstCameraText of each.
+// As Engine::CalibrateWaiting, and puts the photos in line; `found` is told the FirstCameraText of
+// each camera.
 Status CalibrateBeside(DaemonClient* daemon, const std::function<void(const std::string&)>& found);
 // Waits for the photos that wait for their turn now. `placed` is told what `veduta add --json`
 // prints of each; a failure is printed, and the last one is returned. One whose camera cannot be

@@ -18,9 +18,8 @@ class CameraKeeper final {
  public:
   CameraKeeper(Engine* engine, PhotoIntake* intake);
 
-  // Engine::CalibrateWaiting, and then puts all photos in line that wait for their cameras: those
-  // that it has found none of fit perhaps into what was placed meanwhile. One call at a time: others
-  // wait.
+  // Engine::CalibrateWaiting, and then puts all photos in line that wait for their cameras: where
+  // no camera was found, they fit perhaps into what was placed meanwhile. Callers take turns.
   Result<std::vector<FirstCamera>> CalibrateNow(const std::stop_token& stop);
 
  private:

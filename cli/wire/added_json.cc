@@ -3,7 +3,6 @@
 
 #include "cli/wire/answers_json.h"
 #include "cli/wire/earth_json.h"
-#include "engine/camera/camera_text.h"
 
 namespace veduta {
 

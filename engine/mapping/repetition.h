@@ -55,9 +55,9 @@ using RepetitionMemory = LruCache<uint64_t, std::optional<Repetition>>;
 // Of the features by which pairs of views agree upon a plane, over all pairs: the share that
 // another homography, of descriptors nearly as alike, puts elsewhere in the same picture. In
 // [0, 1]; 0 where no feature agrees. `images` hold both images of each pair; their poses are of no
-// account. What is known of a pair is taken from `memory`, or remembered there, if that is given: it
-// must be asked with one set of options. Deterministic in its inputs; thread-safe; about 11 ms for
-// each pair that is not known.
+// account. What is known of a pair is taken from `memory`, or remembered there, if that is given: a
+// memory is for one set of options. Deterministic in its inputs; thread-safe; about 11 ms for each
+// pair that is not known.
 double RepeatedShare(std::span<const MapImage> images, std::span<const PairRecord> pairs,
                      const RepetitionOptions& options, RepetitionMemory* memory = nullptr);
 
