@@ -23,8 +23,10 @@ std::string VerdictWithReason(const ImageAnswer& image) {
 std::string MayStandIn(const ImageAnswer& image) {
   std::string others;
   for (const ReconstructionId other : image.may_stand_in)
-    others += (others.empty() ? "" : " or ") + std::to_string(other.value);
-  return "it may stand in reconstruction " + others +
+    others += (others.empty() ? "" : " or ") +
+              std::string(other == image.reconstruction ? "elsewhere in " : "") +
+              "reconstruction " + std::to_string(other.value);
+  return "it may stand in " + others +
          " as well, where places look alike: no pose is told until it is sure";
 }
 

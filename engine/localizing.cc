@@ -81,9 +81,9 @@ Status Questions::Localize(std::span<const LocalizeRequest> photos,
     cameras.emplace(request.camera, camera.model);
   }
   EngineParts& parts = *view_->parts;
-  const LocalizationParts localization{view_->snapshot, &view_->caches->retrieval,
+  const LocalizationParts localization{view_->snapshot,          &view_->caches->retrieval,
                                        &view_->caches->features, parts.pool.get(),
-                                       parts.tuning.ingest};
+                                       parts.tuning.ingest,      &view_->caches->unsure};
   OrderedReport<LocalizedPhoto> ordered(report);
   std::atomic<bool> is_stopped = false;
   parts.pool->ParallelFor(photos.size(), [&](size_t i) {

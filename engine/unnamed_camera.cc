@@ -71,8 +71,9 @@ Result<std::optional<CameraRecord>> FindUnnamedCamera(EngineParts* parts, const 
 Result<EstimatedUnnamed> EstimateUnnamedCamera(EngineParts* parts, const PhotoSource& photo) {
   VEDUTA_ASSIGN_OR_RETURN(const PhotoFacts facts, parts->preparer->Look(photo));
   const std::shared_ptr<EngineCaches> caches = parts->GetCaches();
-  const LocalizationParts localization{parts->database->GetSnapshot(), &caches->retrieval,
-                                       &caches->features, parts->pool.get(), parts->tuning.ingest};
+  const LocalizationParts localization{
+      parts->database->GetSnapshot(), &caches->retrieval, &caches->features, parts->pool.get(),
+      parts->tuning.ingest,           &caches->unsure};
   Result<LocalizedPhoto> localized = LocalizeUnknown(localization, *parts->preparer, photo);
   if (!localized.ok()) {  // of this photo alone, as far as anybody knows: nothing was written
     LocalizedPhoto failed;

@@ -127,8 +127,9 @@ struct ImageAnswer {
   Reason reason = Reason::kNone;
   std::string detail;
   ReconstructionId reconstruction;  // valid if it has a pose
-  // Reconstructions in which it may stand as well, for places look alike there; ascending. Then no
-  // pose is told, and exports leave it out, until it is sure.
+  // Reconstructions in which it may stand as well, for places look alike there; ascending. Its own
+  // is among them where it may stand elsewhere in that. Then no pose is told, and exports leave it
+  // out, until it is sure.
   std::vector<ReconstructionId> may_stand_in;
   std::optional<PlainPose> cam_from_world;
   std::optional<EarthPose> on_earth;  // where it has a pose, and its reconstruction a place

@@ -185,13 +185,14 @@ class Localization final {
   Status AnswerStored(const PoseRecord& pose) {
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord record, parts_.snapshot->GetImage(pose.image));
     answer_.detail = "the same bytes are stored as " + record.name;
-    VEDUTA_ASSIGN_OR_RETURN(const UnsureImages unsure, ListUnsure(*parts_.snapshot));
-    if (const auto found = unsure.find(pose.image); found != unsure.end()) {
+    VEDUTA_ASSIGN_OR_RETURN(const auto unsure, Unsure());
+    if (const auto found = unsure->find(pose.image); found != unsure->end()) {
+      const bool is_own = found->second.front() == pose.reconstruction;
       answer_.verdict = Verdict::kPostponed;
       answer_.reason = Reason::kAmbiguous;
       answer_.detail += ", which may stand in reconstruction " +
                         std::to_string(pose.reconstruction.value) + " or " +
-                        std::to_string(found->second.front().value);
+                        (is_own ? "elsewhere in it" : std::to_string(found->second.front().value));
       return Status::Ok();
     }
     VEDUTA_RETURN_IF_ERROR(loader_.LoadNeighborhood({&pose.image, 1}));
@@ -219,7 +220,20 @@ class Localization final {
         const LocatedPhoto located,
         LocatePhoto(context, parts_.options, *image, camera_, candidates, give_pose, seed));
     NoteSearch(located);
-    return answer_.verdict == Verdict::kPlaced ? Describe(id) : Status::Ok();
+    if (answer_.verdict != Verdict::kPlaced) return Status::Ok();
+    VEDUTA_RETURN_IF_ERROR(Describe(id));
+    VEDUTA_ASSIGN_OR_RETURN(const auto unsure, Unsure());
+    const auto unsure_count = static_cast<size_t>(std::ranges::count_if(
+        answer_.support, [&](const SupportAnswer& one) { return unsure->contains(one.image); }));
+    return 2 * unsure_count > answer_.support.size()
+               ? Refuse(Reason::kAmbiguous, "most photos that show the same may stand elsewhere")
+               : Status::Ok();
+  }
+
+  Result<std::shared_ptr<const UnsureImages>> Unsure() const {
+    if (parts_.unsure != nullptr) return parts_.unsure->Get(*parts_.snapshot);
+    VEDUTA_ASSIGN_OR_RETURN(UnsureImages unsure, ListUnsure(*parts_.snapshot));
+    return std::make_shared<const UnsureImages>(std::move(unsure));
   }
 
   void NoteSearch(const LocatedPhoto& located) {
@@ -301,12 +315,16 @@ class Localization final {
     return refined;
   }
 
-  Status RefuseFocal(std::string why) {
+  Status RefuseFocal(std::string why) { return Refuse(Reason::kUndetermined, std::move(why)); }
+
+  Status Refuse(Reason reason, std::string why) {
     answer_.verdict = Verdict::kPostponed;
-    answer_.reason = Reason::kUndetermined;
+    answer_.reason = reason;
     answer_.detail = std::move(why);
     answer_.reconstruction = ReconstructionId();
     answer_.cam_from_world.reset();
+    answer_.uncertainty.reset();
+    answer_.camera.reset();
     answer_.support.clear();
     return Status::Ok();
   }

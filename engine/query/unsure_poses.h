@@ -32,8 +32,10 @@ bool IsMostlyElsewhere(size_t beside, size_t elsewhere);
 // stand: whole rows of photos were at the wrong one of two twin facades, held there by a photo or
 // two that nobody is told. There and in small reconstructions also the images most of whose
 // neighbours stand in other reconstructions (IsMostlyElsewhere), and all images where most are
-// unsure. O(hypotheses + poses + pairs of the images of small reconstructions), and where there is
-// such a seam O(images of its reconstructions).
+// unsure. And all images of a reconstruction that has refused half as many photos as it has: those
+// may stand elsewhere in their own, which is what stands with them. O(hypotheses + poses + pairs of
+// the images of small reconstructions), and where there is such a seam O(images of its
+// reconstructions).
 Result<UnsureImages> ListUnsure(const Snapshot& snapshot);
 
 // The last answer of ListUnsure, for who asks again and again. Thread-safe.

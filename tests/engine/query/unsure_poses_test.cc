@@ -197,6 +197,7 @@ class ElsewhereTest : public testing::Test {
   // Puts images first to last as a reconstruction.
   void Place(uint32_t id, uint32_t first, uint32_t last, Transaction* transaction) {
     ReconstructionRecord record = SampleReconstruction(id, 1);
+    record.merged_into = {};
     record.image_count = last - first + 1;
     transaction->PutReconstruction(record);
     for (uint32_t image = first; image <= last; ++image) {
@@ -236,6 +237,48 @@ TEST_F(ElsewhereTest, WhoHasAThirdOfThemBesideIsTold) {
   EXPECT_TRUE(Unsure(3, 6).empty());
   EXPECT_TRUE(Unsure(0, 5).empty()) << "too few say nothing";
   EXPECT_TRUE(Unsure(2, 5, 65).empty()) << "a large reconstruction is not asked";
+}
+
+// Photos that verified pairs tie to a reconstruction and that have no pose in it.
+class RefusedTest : public ElsewhereTest {
+ protected:
+  // Those that are not told where so many photos, of this reason, have a pair with image 1.
+  UnsureImages Refusing(uint32_t own_images, uint32_t photos, Reason reason) {
+    TemporaryFolder folder;
+    const auto database = MustCreate(folder / "db");
+    const auto transaction = database->BeginTransaction();
+    Place(1, 1, own_images, transaction.get());
+    for (uint32_t id = 1001; id <= 1000 + photos; ++id) {
+      transaction->PutPair(SamplePair(1, id, 20));
+      ImageRecord image = SampleImage(id);
+      image.verdict = Verdict::kPostponed;
+      image.reason = reason;
+      transaction->PutImage(image);
+    }
+    DatabaseState state;
+    state.counts = DatabaseCounts{.postponed = photos};
+    transaction->PutState(state);
+    EXPECT_OK(transaction->Commit());
+    const auto unsure = ListUnsure(*database->GetSnapshot());
+    EXPECT_OK(unsure);
+    return unsure.ok() ? *unsure : UnsureImages();
+  }
+};
+
+TEST_F(RefusedTest, WhatHasRefusedHalfAsManyIsNotTold) {
+  const UnsureImages all = Refusing(13, 7, Reason::kAmbiguous);
+  EXPECT_EQ(all.size(), 13u);
+  EXPECT_EQ(all.begin()->second, std::vector{kOwn}) << "elsewhere in the same";
+  EXPECT_EQ(Refusing(300, 151, Reason::kContradictsNeighbors).size(), 300u) << "a large one, too";
+  EXPECT_EQ(Refusing(4, 6, Reason::kDoubted).size(), 4u);
+  EXPECT_EQ(Refusing(4, 6, Reason::kMissingStructure).size(), 4u);
+}
+
+TEST_F(RefusedTest, FewerOrWhoDoesNotSeeItSayNothing) {
+  EXPECT_TRUE(Refusing(14, 7, Reason::kAmbiguous).empty()) << "half of them";
+  EXPECT_TRUE(Refusing(4, 5, Reason::kAmbiguous).empty()) << "too few say nothing";
+  EXPECT_TRUE(Refusing(4, 20, Reason::kTooFewStructurePoints).empty());
+  EXPECT_TRUE(Refusing(4, 20, Reason::kResectionFailed).empty());
 }
 
 TEST_F(CutOffTest, TheCacheKnowsWhatHasChanged) {
