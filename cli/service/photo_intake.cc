@@ -367,8 +367,7 @@ void PhotoIntake::ForgetGone(const std::vector<uint64_t>& put_off,
   for (const uint64_t number : put_off) {
     const auto found = uploads_.find(number);
     if (found == uploads_.end() || found->second->is_in_line || found->second->ended) continue;
-    if (std::ranges::any_of(on_disk, [&](const auto& one) { return one.number == number; }))
-      continue;
+    if (std::ranges::binary_search(on_disk, number, {}, &UploadAnswer::number)) continue;
     const std::shared_ptr<Upload> upload = found->second;
     EndUpload(upload.get(), Status::NotFound("it does not wait any more: " + upload->why_not));
   }

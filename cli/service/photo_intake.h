@@ -127,7 +127,7 @@ class PhotoIntake final {
   static HttpAnswer UnknownUpload(uint64_t upload);
   // Those that are known, have not ended and are not in line.
   std::vector<uint64_t> ListPutOff() const;
-  // Ends those of them that do not wait on the disk any more.
+  // Ends those of them that do not wait on the disk any more; `on_disk` is ascending.
   void ForgetGone(const std::vector<uint64_t>& put_off, const std::vector<UploadAnswer>& on_disk);
   Status ResumeOne(Engine* engine, const UploadAnswer& one, bool with_all_cameraless);
   // What the engine answers.
