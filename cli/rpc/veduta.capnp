@@ -104,7 +104,8 @@ interface Upload extends(PhotoSink) {
 # A photo that is on the disk and waits for its turn, or has had it.
 interface Ticket {
   # Answers when the photo has had its turn. 503 where the turn cannot come now, since the disk
-  # fails or the daemon closes: the photo waits on, and City.findUpload finds it again.
+  # fails, the daemon closes or the photo's camera cannot be told yet: the photo waits on, and
+  # City.findUpload finds it again.
   verdict @0 () -> (outcome :Outcome, snapshot :UInt64);
 }
 

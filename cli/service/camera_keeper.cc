@@ -28,23 +28,36 @@ CameraKeeper::CameraKeeper(Engine* engine, PhotoIntake* intake)
 
 Result<std::vector<FirstCamera>> CameraKeeper::CalibrateNow(const std::stop_token& stop) {
   const std::lock_guard lock(calibrating_);
+  return Calibrate(stop, true);
+}
+
+size_t CameraKeeper::CountWanted() const {
+  return std::max(kPhotosMin, tried_ + (tried_ + 1) / 2);
+}
+
+Result<std::vector<FirstCamera>> CameraKeeper::Calibrate(const std::stop_token& stop,
+                                                         bool also_without_new) {
+  const size_t count = intake_->counts().awaiting_camera;
   auto cameras =
       CatchShortage("calibrate cameras", [&] { return engine_->CalibrateWaiting(stop); });
-  if (cameras.ok()) VEDUTA_RETURN_IF_ERROR(intake_->Resume(engine_, true));
+  tried_ = IsAnyKnown(cameras) ? 0 : count;
+  if (cameras.ok() && (also_without_new || tried_ == 0))
+    VEDUTA_RETURN_IF_ERROR(intake_->Resume(engine_, true));
   return cameras;
 }
 
 void CameraKeeper::Run(const std::stop_token& stop) {
-  for (size_t tried = 0;;) {
-    const size_t count =
-        intake_->AwaitCameraless(std::max(kPhotosMin, tried + (tried + 1) / 2), kQuiet, stop);
-    if (count == 0) return;
+  for (;;) {
+    size_t wanted = 0;
+    {
+      const std::lock_guard lock(calibrating_);
+      wanted = CountWanted();
+    }
+    if (intake_->AwaitCameraless(wanted, kQuiet, stop) == 0) return;
     const std::lock_guard lock(calibrating_);
-    const auto cameras =
-        CatchShortage("calibrate cameras", [&] { return engine_->CalibrateWaiting(stop); });
-    tried = IsAnyKnown(cameras) ? 0 : count;
-    if (tried == 0)
-      intake_->Resume(engine_, true).IgnoreBecause("it is tried again after the next pause");
+    // Somebody may have had it done meanwhile.
+    if (intake_->counts().awaiting_camera < CountWanted()) continue;
+    Calibrate(stop, false).status().IgnoreBecause("it is tried again when more photos wait");
   }
 }
 

@@ -25,10 +25,15 @@ class CameraKeeper final {
  private:
   // Calibrates whenever half as many photos again wait as the last time, and no more come.
   void Run(const std::stop_token& stop);
+  // For who has `calibrating_`. What has none then is put in line where `also_without_new`.
+  Result<std::vector<FirstCamera>> Calibrate(const std::stop_token& stop, bool also_without_new);
+  // How many photos must wait for another calibration to be worth it, for who has `calibrating_`.
+  size_t CountWanted() const;
 
   Engine* const engine_;
   PhotoIntake* const intake_;
   std::mutex calibrating_;
+  size_t tried_ = 0;  // photos that waited when no camera was found, by `calibrating_`
   std::jthread thread_;
 };
 

@@ -19,8 +19,8 @@ constexpr double kRetryMinS = 1, kRetryMaxS = 600;
 constexpr size_t kEndedMax = 10'000;
 
 // With so many photos at once a city's first cameras are looked for, whoever else still sends some:
-// a calibration uses no more. Chosen by hand.
-constexpr size_t kCameralessEnough = 40;
+// a calibration looks at no more (engine/alike_photos.h).
+constexpr size_t kCameralessEnough = 1500;
 // log2 of the photos that are stored between two tries of one whose camera cannot be told, at most.
 constexpr uint32_t kTriesMax = 20;
 

@@ -88,9 +88,9 @@ class PhotoIntake final {
   // of those are to be tried, 2^n photos were stored since the n-th try. Forgets those that are
   // gone from the disk. The first failure; it keeps none of the others back.
   Status Resume(Engine* engine, bool with_all_cameraless = false);
-  // Waits until at least so many photos wait for their cameras, and either they are 40, or nothing
-  // has come and no other photo has waited for its turn for so long. How many they are; 0 after a
-  // stop request.
+  // Waits until at least so many photos wait for their cameras, and either they are 1,500, or
+  // nothing has come and no other photo has waited for its turn for so long. How many they are; 0
+  // after a stop request.
   size_t AwaitCameraless(size_t count_min, std::chrono::seconds quiet, const std::stop_token& stop);
   // What is known of an upload: one that waits, or of the last ones that have had their turn. 404
   // for any other.

@@ -223,9 +223,14 @@ class Localization final {
     if (answer_.verdict != Verdict::kPlaced) return Status::Ok();
     VEDUTA_RETURN_IF_ERROR(Describe(id));
     VEDUTA_ASSIGN_OR_RETURN(const auto unsure, Unsure());
-    const auto unsure_count = static_cast<size_t>(std::ranges::count_if(
-        answer_.support, [&](const SupportAnswer& one) { return unsure->contains(one.image); }));
-    return 2 * unsure_count > answer_.support.size()
+    const auto may_stand_elsewhere = [&](const SupportAnswer& one) {
+      const auto found = unsure->find(one.image);
+      return found != unsure->end() &&
+             std::ranges::binary_search(found->second, answer_.reconstruction);
+    };
+    const auto count =
+        static_cast<size_t>(std::ranges::count_if(answer_.support, may_stand_elsewhere));
+    return 2 * count > answer_.support.size()
                ? Refuse(Reason::kAmbiguous, "most photos that show the same may stand elsewhere")
                : Status::Ok();
   }

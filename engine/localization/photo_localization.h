@@ -32,12 +32,13 @@ enum class Lens : uint8_t { kKnown, kEstimated };
 // reasons. What follows differs: nothing is founded or merged, and the poses of the city are held
 // where they are while the photo's own is refined, with the points that it sees. One that may stand
 // at another place that looks alike, too, is refused as kAmbiguous (misplaced.h), as is one where
-// most images that share points with it are unsure (ListUnsure). A photo whose bytes are stored has
-// the pose that is stored; if there is none, it is localised without itself. kNoMemory where the
-// memory is too short, kCorruption where something stored that it needs is damaged. An estimated
-// camera is answered as it is after the refinement, and the pose is refused where what is seen
-// leaves the focal length open. Deterministic in the photo and the snapshot. Thread-safe. It loads
-// the surroundings of the photo's neighbours anew each time.
+// most images that share points with it may stand elsewhere in their own reconstruction
+// (ListUnsure). A photo whose bytes are stored has the pose that is stored; if there is none, it is
+// localised without itself. kNoMemory where the memory is too short, kCorruption where something
+// stored that it needs is damaged. An estimated camera is answered as it is after the refinement,
+// and the pose is refused where what is seen leaves the focal length open. Deterministic in the
+// photo and the snapshot. Thread-safe. It loads the surroundings of the photo's neighbours anew
+// each time.
 Result<LocalizedPhoto> LocalizePhoto(const LocalizationParts& parts, PreparedPhoto photo,
                                      const CameraModel& camera, Lens lens = Lens::kKnown);
 
