@@ -287,6 +287,33 @@ TEST(PhotoLocalization, AmongManyPlacesThatLookAlikeAPhotoIsToldNowhere) {
   }
 }
 
+TEST(PhotoLocalization, WhereMostPhotosWereRefusedNoneIsTold) {
+  SceneDatabase scene({.camera_count = 12});
+  scene.AddImages(0, 11);
+  scene.AddReconstruction({0, 1, 2, 3});
+  for (const bool were_refused : {false, true}) {
+    if (were_refused) {
+      const auto transaction = scene.database()->BeginTransaction();
+      for (uint32_t id = 5; id <= 11; ++id) {
+        const auto stored = scene.Snap()->GetImage(ImageId(id));
+        ASSERT_OK(stored);
+        ImageRecord image = *stored;
+        image.verdict = Verdict::kPostponed;
+        image.reason = Reason::kContradictsNeighbors;
+        transaction->PutImage(image);
+      }
+      ASSERT_OK(transaction->Commit());
+    }
+    const LocalizedPhoto photo = Localize(&scene, 11);
+    EXPECT_EQ(photo.verdict, were_refused ? Verdict::kPostponed : Verdict::kPlaced) << photo.detail;
+    EXPECT_EQ(photo.cam_from_world.has_value(), !were_refused);
+    if (!were_refused) continue;
+    EXPECT_EQ(photo.reason, Reason::kAmbiguous);
+    EXPECT_NE(photo.detail.find("may stand elsewhere"), std::string::npos) << photo.detail;
+    EXPECT_TRUE(photo.support.empty());
+  }
+}
+
 TEST(PhotoLocalization, ObeysWhoForbidsAPose) {
   SceneDatabase scene;
   scene.AddImages(0, 5);
