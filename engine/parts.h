@@ -162,7 +162,7 @@ struct EngineParts {
   std::mutex lining_mutex;             // held while a photo gets onto the disk and in line
   std::mutex uploads_mutex;            // of `uploads`; never held while anything is written
   std::map<uint64_t, Ticket> uploads;  // that are in line
-  std::set<uint64_t> awaiting_camera;  // uploads that are not, by `uploads_mutex`
+  std::set<uint64_t> awaiting_camera;  // that left it for want of a camera, by `uploads_mutex`
   Claimable backing_up;                // claimed while a backup is made
   Claimable dense_pass;  // claimed while a dense pass or a removal runs: one at a time
   std::unique_ptr<Scheduler> scheduler;

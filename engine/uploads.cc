@@ -12,7 +12,7 @@
 namespace veduta {
 namespace {
 
-// Photos that wait on the disk since their camera cannot be told; one more is dropped. Chosen by
+// Photos that wait on the disk since their camera cannot be told; one more is refused. Chosen by
 // hand: as many as a few people take in a day.
 constexpr size_t kAwaitingCameraMax = 2000;
 

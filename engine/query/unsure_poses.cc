@@ -243,8 +243,11 @@ Result<size_t> CountRefused(const Snapshot& snapshot, const Places& places,
   }
   size_t refused = 0;
   for (const ImageId id : unplaced) {
-    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
-    refused += IsRefused(image) ? 1 : 0;
+    const Result<ImageRecord> image = snapshot.GetImage(id);
+    // One that is damaged says nothing; `verify` names it.
+    if (image.status().code() == StatusCode::kCorruption) continue;
+    VEDUTA_RETURN_IF_ERROR(image.status());
+    refused += IsRefused(*image) ? 1 : 0;
   }
   return refused;
 }
@@ -354,11 +357,13 @@ Result<UnsureImages> FindUnsure(const Snapshot& snapshot,
 }
 
 // What the answer rests on, shorter than it. Whatever changes poses or what is seen writes into the
-// journal; the judgment of a merge need not.
+// journal; the judgment of a merge need not, nor a photo that was tried again and refused for
+// another reason, which is taken from those that are to be tried.
 Result<std::string> KeyOf(const Snapshot& snapshot, const std::vector<HypothesisRecord>& all) {
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
   ContentFeed feed;
-  feed << state.next_journal;
+  feed << state.next_journal << static_cast<uint64_t>(state.pending_propagation.size());
+  for (const ImageId image : state.pending_propagation) feed << image;
   for (const HypothesisRecord& hypothesis : all) {
     feed << hypothesis.a << hypothesis.b << hypothesis.reason
          << static_cast<uint64_t>(hypothesis.unsure.size());

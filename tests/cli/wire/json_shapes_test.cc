@@ -475,5 +475,26 @@ TEST(Dense, Outputs) {
             R"({"covered_share":0.5,"error_median":7.0,"error_median_balanced":6.0})");
 }
 
+TEST(JsonShapes, OfCamerasThatACityBeginsWith) {
+  FirstCamera camera;
+  camera.photos = 14;
+  camera.why_not = "too few fit";
+  const Json unknown = ToJson(camera);
+  EXPECT_EQ(JsonLine(unknown),
+            R"({"camera":null,"photos":14,"params":null,"focal_stddev_share":null,)"
+            R"("why_not":"too few fit"})");
+  EXPECT_EQ(FirstCameraText(unknown),
+            "the camera of 14 photos could not be calibrated: too few fit");
+  camera.name = "phone";
+  camera.model = {640, 480, 500, 501, 319.5, 239.5, 0, 0, 319.5, 239.5};
+  camera.focal_stddev_share = 0.0025;
+  const Json known = ToJson(camera);
+  EXPECT_EQ(known["camera"], "phone");
+  EXPECT_EQ(known["focal_stddev_share"], 0.0025);
+  EXPECT_EQ(FirstCameraText(known),
+            "the camera of 14 photos is 'phone' now: " + known["params"].get<std::string>() +
+                ", focal length to 0.25 %");
+}
+
 }  // namespace
 }  // namespace veduta

@@ -289,6 +289,13 @@ TEST_F(CutOffTest, TheCacheKnowsWhatHasChanged) {
   ASSERT_OK(first);
   EXPECT_EQ(**first, *ListUnsure(*database_->GetSnapshot()));
   EXPECT_EQ(*cache.Get(*database_->GetSnapshot()), *first) << "nothing has changed";
+  const auto before = *cache.Get(*database_->GetSnapshot());
+  transaction_ = database_->BeginTransaction();
+  DatabaseState state = *database_->GetSnapshot()->GetState();
+  state.pending_propagation = {ImageId(9)};
+  transaction_->PutState(state);
+  ASSERT_OK(transaction_->Commit());
+  EXPECT_NE(*cache.Get(*database_->GetSnapshot()), before) << "another photo is tried again";
   transaction_ = database_->BeginTransaction();
   HypothesisRecord hypothesis = database_->GetSnapshot()->ListHypotheses()->front();
   hypothesis.unsure.clear();
