@@ -63,8 +63,8 @@ class DatabaseView final : public Database {
     closed->Close(Status::Busy("the database at " + path + " was opened again: ask again"));
     Result<std::shared_ptr<DatabaseFiles>> opened = OpenFiles(path, options_, *claims_);
     if (!opened.ok()) {
-      closed->Explain(Status::IoError("the database at " + path +
-                                      " could not be opened again: " + opened.status().message()));
+      closed->Explain(Status::Busy("the database at " + path +
+                                   " could not be opened again: " + opened.status().message()));
       return opened.status();
     }
     const std::lock_guard lock(files_mutex_);

@@ -52,7 +52,7 @@ class Database {
   // transaction. Those made before are of no use afterwards: a scan ends at its next record, and
   // every function fails with kBusy, "the database was opened again: ask again". Photos written
   // ahead stay; what else was written ahead and not committed is deleted. Where opening fails, the
-  // database stays closed, every use says why, and Reopen may be called again.
+  // database stays closed, every use fails with kBusy and says why, and Reopen may be called again.
   virtual Status Reopen() = 0;
 
   // Writes ahead of a commit: a photo and its features, marked so that the next Open deletes them

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/service/city_service.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cstdlib>
 #include <random>
 #include <utility>
@@ -28,11 +24,6 @@ constexpr uint32_t kEventsMax = 256;
 
 // Damages that are told while the daemon runs. Chosen by hand.
 constexpr size_t kDamagesMax = 1000;
-
-// Between two attempts to open the files again. Chosen by hand: opening takes some tenths of that.
-constexpr std::chrono::seconds kReopenPause(2);
-// That the disk must have room for before: more than opening writes. Chosen by hand.
-constexpr off_t kReopenBytes = 16 << 20;
 
 std::string RandomName() {
   std::random_device random;
@@ -84,8 +75,7 @@ Status ServiceOptions::Check() const {
 
 CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path,
                          const ServiceOptions& options, Listeners listeners)
-    : path_(path),
-      options_(options),
+    : options_(options),
       damage_met_(std::move(listeners.damage_met)),
       asked_(std::move(listeners.asked)),
       start_(RandomName()),
@@ -93,14 +83,19 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
               [this, ended = std::move(listeners.ended)](uint64_t upload, const std::string& name,
                                                          const Result<AddOutcome>& outcome) {
                 if (ended) ended(upload, name, outcome);
-                if (!outcome.ok()) ReopenAfter(outcome.status());
+                if (!outcome.ok()) disk_.NoteFailure(outcome.status());
               }),
       quotas_(options.quota, {.keep =
                                   [this](const TokenUse& use) {
                                     engine_->NoteTokenUse({&use, 1}).IgnoreBecause(
                                         "a token that has used less than it has is no harm");
                                   }}),
-      tus_(options.tus, &intake_, &quotas_),
+      tus_(options.tus, &intake_, &quotas_,
+           [this](const Status& failure) { disk_.NoteFailure(failure); }),
+      disk_(engine.get(), path,
+            [this] {
+              Resume().IgnoreBecause("what is not in line is put there after the next pause");
+            }),
       engine_(std::move(engine)),
       pool_(options.query_threads),
       dense_(engine_.get(), options.dense, std::move(listeners.dense_failed)),
@@ -116,6 +111,7 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
 
 CityService::~CityService() {
   Close();
+  disk_.Stop();
 }
 
 std::optional<HttpAnswer> CityService::Refuse(HttpRequest* request) const {
@@ -236,7 +232,7 @@ bool CityService::Queue(std::function<void(bool is_closed)> task) {
 
 HttpAnswer CityService::Answer(const HttpRequest& request, const RouteMatch& match) {
   const auto answer = CatchShortage("answer a request", [&]() -> Result<HttpAnswer> {
-    if (IsTus(request)) return AnswerOnTus(request);
+    if (IsTus(request)) return tus_.Answer(engine_.get(), request);
     if (match.route->is_for_owner_alone) return owner_commands_.Answer(request);
     return match.route->answer == nullptr ? AnswerOfItself(request) : AskEngine(request, match);
   });
@@ -262,14 +258,6 @@ HttpAnswer CityService::AnswerOnUpload(uint64_t upload, const Sight& sight) cons
   if (!news) return intake_.Find(upload);
   const Result<UploadNews> told = ToldOf(engine_->Ask(sight), *std::move(news));
   return told.ok() ? JsonAnswer(200, told->ToJson()) : ProblemOf(told.status());
-}
-
-HttpAnswer CityService::AnswerOnTus(const HttpRequest& request) {
-  HttpAnswer answer = tus_.Answer(engine_.get(), request);
-  // A write may have failed: see ReopenAfter.
-  if (answer.code == 503 && !intake_.is_closing())
-    ReopenAfter(Status::IoError("a part of a photo was not stored"));
-  return answer;
 }
 
 HttpAnswer CityService::AnswerOnDense(const std::string& asked) {
@@ -376,32 +364,6 @@ void CityService::Close() {
   owner_commands_.Stop();
   const std::lock_guard lock(mutex_);
   is_closed_ = true;
-}
-
-void CityService::ReopenAfter(const Status& failure) {
-  if (failure.code() != StatusCode::kIoError) return;
-  const std::lock_guard lock(mutex_);
-  const auto now = std::chrono::steady_clock::now();
-  if (is_closed_ || (reopened_ && now - *reopened_ < kReopenPause)) return;
-  reopened_ = now;
-  pool_.Submit([this] {
-    if (!HasDiskRoom()) return;
-    if (!engine_->Reopen().ok()) return;  // every use says so, and the next photo tries again
-    Resume().IgnoreBecause("what is not in line is put there after the next pause");
-  });
-}
-
-bool CityService::HasDiskRoom() const {
-  int file = open(path_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, S_IRUSR | S_IWUSR);
-  if (file < 0) {  // some file systems have no files without a name
-    std::string name = path_ + "/room-XXXXXX";
-    file = mkostemp(name.data(), O_CLOEXEC);
-    if (file < 0) return false;
-    unlink(name.c_str());
-  }
-  const bool has_room = posix_fallocate(file, 0, kReopenBytes) == 0;
-  close(file);
-  return has_room;
 }
 
 void CityService::SettleNowAndThen(

@@ -18,6 +18,7 @@
 #include "cli/service/camera_keeper.h"
 #include "cli/service/city_routes.h"
 #include "cli/service/dense_keeper.h"
+#include "cli/service/disk_keeper.h"
 #include "cli/service/gatekeeper.h"
 #include "cli/service/http_message.h"
 #include "cli/service/owner_commands.h"
@@ -124,25 +125,18 @@ class CityService final {
   HttpAnswer Answer(const HttpRequest& request, const RouteMatch& match);
   // What a route does that the engine knows nothing of.
   HttpAnswer AnswerOfItself(const HttpRequest& request);
-  HttpAnswer AnswerOnTus(const HttpRequest& request);
   HttpAnswer AnswerOnDense(const std::string& asked);
   HttpAnswer Metrics() const;
   Result<CityEvents> EventsFrom(uint64_t first, const Sight& sight) const;
   HttpAnswer AskEngine(const HttpRequest& request, const RouteMatch& match);
   void Count(const HttpAnswer& answer);
   void TellDamages(const HttpAnswer& answer);
-  // After a failed write the engine refuses all others until its files are opened again. That is
-  // tried after each photo that fails, where the disk has room: where opening fails, nothing can be
-  // asked any more.
-  void ReopenAfter(const Status& failure);
-  bool HasDiskRoom() const;
   // Runs the task on the pool; false where too many wait. One that begins when the service is
   // closed is told so.
   bool Queue(std::function<void(bool is_closed)> task);
   void SettleNowAndThen(std::stop_token stop,
                         const std::function<void(const FollowUp&, const Questions&)>& followed);
 
-  const std::string path_;
   const ServiceOptions options_;
   Gatekeeper gatekeeper_;
   const std::function<void(const std::string&)> damage_met_;
@@ -159,7 +153,7 @@ class CityService final {
   std::map<std::pair<std::string, uint32_t>, uint64_t> calls_;  // by RPC, by what and code
   bool is_closed_ = false;
   size_t waiting_questions_ = 0;
-  std::optional<std::chrono::steady_clock::time_point> reopened_;  // the last time
+  DiskKeeper disk_;  // is told of failures while the engine closes
   std::unique_ptr<Engine> engine_;
   ThreadPool pool_;
   DenseKeeper dense_;

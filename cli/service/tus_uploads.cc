@@ -42,13 +42,6 @@ bool IsPhotoType(const std::string& type) {
   return type.empty() || type.starts_with("image/") || type == "application/octet-stream";
 }
 
-// Nothing is stored of what the disk refuses, and another time it may take it.
-HttpAnswer NotStored(const Status& status) {
-  if (status.code() != StatusCode::kIoError) return ProblemOf(status);
-  return ProblemOf(
-      Status::Busy("this cannot be stored now, send it again later: " + status.message()));
-}
-
 }  // namespace
 
 Status TusOptions::Check() const {
@@ -160,7 +153,11 @@ HttpAnswer TusUploads::Begin(Engine* engine, const HttpRequest& request) {
     // The upload is there even where its first part cannot be taken: the client goes on from 0.
     if (is_right.ok() && *is_right) {
       const auto after = intake_.Continue(engine, upload->id, 0, request.body);
-      if (after.ok()) upload = after;
+      if (after.ok()) {
+        upload = after;
+      } else if (write_failed_) {
+        write_failed_(after.status());
+      }
     }
     answer = JsonAnswer(201, ToJson(*upload));
   }
@@ -195,6 +192,14 @@ HttpAnswer TusUploads::Continue(Engine* engine, const HttpRequest& request) {
   HttpAnswer answer = NoContent();
   AddHeaders(*after, &answer);
   return answer;
+}
+
+HttpAnswer TusUploads::NotStored(const Status& status) const {
+  if (write_failed_) write_failed_(status);
+  // Nothing is stored of what the disk refuses, and another time it may take it.
+  if (status.code() != StatusCode::kIoError) return ProblemOf(status);
+  return ProblemOf(
+      Status::Busy("this cannot be stored now, send it again later: " + status.message()));
 }
 
 Result<PartialUploadAnswer> TusUploads::Find(const Engine& engine, const HttpRequest& request,

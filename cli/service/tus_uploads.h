@@ -4,6 +4,8 @@
 // creation-with-upload, expiration, checksum and termination.
 
 #include <cstdint>
+#include <functional>
+#include <utility>
 
 #include "cli/service/http_message.h"
 #include "cli/service/photo_intake.h"
@@ -27,9 +29,13 @@ struct TusOptions {
 // there is none.
 class TusUploads final {
  public:
-  // Both must outlive it.
-  TusUploads(const TusOptions& options, PhotoIntake* intake, Quotas* quotas)
-      : options_(options), intake_(*intake), quotas_(*quotas) {}
+  // Both must outlive it. `write_failed` hears why something was not stored, from any thread.
+  TusUploads(const TusOptions& options, PhotoIntake* intake, Quotas* quotas,
+             std::function<void(const Status&)> write_failed = {})
+      : options_(options),
+        intake_(*intake),
+        quotas_(*quotas),
+        write_failed_(std::move(write_failed)) {}
 
   // The answer to any request of the protocol that is let in. A part that is answered by 204, and a
   // photo by 201, are on the disk.
@@ -41,6 +47,7 @@ class TusUploads final {
   HttpAnswer Begin(Engine* engine, const HttpRequest& request);
   Result<PartialUploadRequest> RequestOf(const Engine& engine, const HttpRequest& request) const;
   HttpAnswer Continue(Engine* engine, const HttpRequest& request);
+  HttpAnswer NotStored(const Status& status) const;
   // What is known of the upload that the request is about, or the answer where it has none.
   Result<PartialUploadAnswer> Find(const Engine& engine, const HttpRequest& request,
                                    HttpAnswer* refusal) const;
@@ -51,6 +58,7 @@ class TusUploads final {
   const TusOptions options_;
   PhotoIntake& intake_;
   Quotas& quotas_;
+  const std::function<void(const Status&)> write_failed_;
 };
 
 }  // namespace veduta
