@@ -17,6 +17,8 @@ namespace {
 
 constexpr size_t kTextSizeMax = 64;    // longer ones are no names
 constexpr double kNumberMax = 10'000;  // no lens has so many mm
+const double kFilmDiagonalMm = std::hypot(36, 24);
+constexpr double kSensorMmMin = 1, kSensorMmMax = 100, kPixelsMax = 1e6;
 
 std::string TextOf(const Exiv2::ExifData& data, const char* key) {
   const auto found = data.findKey(Exiv2::ExifKey(key));
@@ -32,13 +34,39 @@ std::string TextOf(const Exiv2::ExifData& data, const char* key) {
   return is_name ? std::string(text) : std::string();
 }
 
-double NumberOf(const Exiv2::ExifData& data, const char* key) {
+double NumberOf(const Exiv2::ExifData& data, const char* key, double number_max = kNumberMax) {
   const auto found = data.findKey(Exiv2::ExifKey(key));
   if (found == data.end() || found->count() == 0) return 0;
   const auto [above, below] = found->toRational(0);
   if (above <= 0 || below <= 0) return 0;
   const double number = static_cast<double>(above) / below;
-  return number <= kNumberMax ? number : 0;
+  return number <= number_max ? number : 0;
+}
+
+// Of Exif.Photo.FocalPlaneResolutionUnit; 0 for any other. The last two are not in the standard.
+double UnitMm(double unit) {
+  if (unit == 3) return 10;
+  if (unit == 4) return 1;
+  if (unit == 5) return 0.001;
+  return unit == 0 || unit == 2 ? 25.4 : 0;
+}
+
+// The 35 mm equivalent by how many pixels of the photo, as it was taken, the sensor has in a
+// millimetre; 0 where that is not told, or makes no sense.
+double EquivalentBySensor(const Exiv2::ExifData& data, const ExifCamera& camera) {
+  const double unit_mm = UnitMm(NumberOf(data, "Exif.Photo.FocalPlaneResolutionUnit"));
+  const auto side_mm = [&](const char* pixels, const char* resolution) {
+    const double per_unit = NumberOf(data, resolution, kPixelsMax);
+    return per_unit > 0 ? NumberOf(data, pixels, kPixelsMax) / per_unit * unit_mm : 0;
+  };
+  const double width_mm = side_mm("Exif.Photo.PixelXDimension", "Exif.Photo.FocalPlaneXResolution"),
+               height_mm =
+                   side_mm("Exif.Photo.PixelYDimension", "Exif.Photo.FocalPlaneYResolution");
+  const auto makes_sense = [](double mm) { return mm >= kSensorMmMin && mm <= kSensorMmMax; };
+  if (!makes_sense(width_mm) || !makes_sense(height_mm)) return 0;
+  const double equivalent_mm = camera.focal_mm * std::max(1.0, camera.digital_zoom) *
+                               kFilmDiagonalMm / std::hypot(width_mm, height_mm);
+  return equivalent_mm <= kNumberMax ? equivalent_mm : 0;
 }
 
 // Degrees, minutes and seconds as one number; nothing where it is none.
@@ -84,6 +112,7 @@ ExifCamera CameraOf(const Exiv2::ExifData& data) {
   camera.focal_mm = NumberOf(data, "Exif.Photo.FocalLength");
   camera.digital_zoom = NumberOf(data, "Exif.Photo.DigitalZoomRatio");
   camera.focal_35mm = NumberOf(data, "Exif.Photo.FocalLengthIn35mmFilm");
+  if (camera.focal_35mm == 0) camera.focal_35mm = EquivalentBySensor(data, camera);
   return camera;
 }
 

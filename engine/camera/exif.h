@@ -18,7 +18,8 @@ struct ExifCamera {
   std::string make, model, lens;
   // 0 where it is not told.
   double focal_mm = 0, digital_zoom = 0;
-  // The focal length with which a photo of 36 x 24 mm shows as much; 0 where it is not told.
+  // The focal length with which a photo of 36 x 24 mm shows as much; where it is not told, by the
+  // sensor's resolution (FocalPlaneXResolution), to some percent. 0 where that is not told either.
   double focal_35mm = 0;
 
   bool operator==(const ExifCamera&) const = default;
@@ -38,7 +39,8 @@ std::optional<GpsFix> ReadExifGps(std::span<const uint8_t> exif);
 std::optional<TakenTime> ReadExifTaken(std::span<const uint8_t> exif);
 
 // A block that says this and nothing else: what the functions above read of it are the same values,
-// but that numbers are rounded to a millionth and angles to a ten-millionth of a second.
+// but that numbers are rounded to a millionth, angles to a ten-millionth of a second and the 35 mm
+// equivalent to a millimetre.
 // `orientation` in [1, 8]. Empty where exiv2 cannot write it. Thread-safe; one block at a time.
 std::vector<uint8_t> WriteExif(const ExifCamera& camera, const std::optional<GpsFix>& gps,
                                const std::optional<TakenTime>& taken, int orientation);

@@ -53,8 +53,11 @@ struct FoundCamera {
 
 class CameraSearch final {
  public:
-  CameraSearch(const LocalizationParts& parts, const PreparedPhoto& photo)
-      : parts_(parts), photo_(photo), loader_(parts.snapshot, parts.features, &map_) {}
+  // The focal length is what the photo tells over its longer side; 0 where it tells none.
+  CameraSearch(const LocalizationParts& parts, const PreparedPhoto& photo, double told_focal_share)
+      : parts_(parts), photo_(photo), loader_(parts.snapshot, parts.features, &map_) {
+    options_.told_focal_share = told_focal_share;
+  }
 
   Result<FoundCamera> Run() {
     VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, parts_.snapshot->GetState());
@@ -150,9 +153,8 @@ class CameraSearch final {
         {}, Reason::kTooFewStructurePoints, "none of what looks like it has a pose", {}};
     size_t inliers = 0;
     for (const auto& [reconstruction, seen] : Gather(matched)) {
-      const UnknownCameraResection found =
-          ResectUnknownCamera(seen.x_px, seen.points, photo_.width_px, photo_.height_px,
-                              photo_.hash.Seed(), UnknownCameraOptions());
+      const UnknownCameraResection found = ResectUnknownCamera(
+          seen.x_px, seen.points, photo_.width_px, photo_.height_px, photo_.hash.Seed(), options_);
       if (found.outcome == ResectionOutcome::kPlaced && found.inliers.size() > inliers) {
         inliers = found.inliers.size();
         best = {found.camera, Reason::kNone, {}, {}};
@@ -176,6 +178,7 @@ class CameraSearch final {
 
   const LocalizationParts& parts_;
   const PreparedPhoto& photo_;
+  UnknownCameraOptions options_;
   CityMap map_;
   MapLoader loader_;
   std::map<ImageId, std::string> damaged_;
@@ -216,7 +219,9 @@ Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPrepa
     return LocalizePhoto(parts, std::move(again), *stored);
   }
   Stopwatch watch;
-  VEDUTA_ASSIGN_OR_RETURN(FoundCamera found, CameraSearch(parts, photo).Run());
+  VEDUTA_ASSIGN_OR_RETURN(const PhotoFacts facts, preparer.Look(source));
+  VEDUTA_ASSIGN_OR_RETURN(FoundCamera found,
+                          CameraSearch(parts, photo, facts.focal_share.value_or(0)).Run());
   const double search_ms = watch.LapMs();
   LocalizedPhoto localized;
   if (!found.camera) {

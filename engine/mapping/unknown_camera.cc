@@ -175,14 +175,12 @@ struct Trial {
   opengv::bearingVectors_t rays;
 };
 
+// Each of the focal lengths, over the longer side, with each distortion.
 std::vector<Trial> ListTrials(std::span<const Eigen::Vector2d> x_px, uint32_t width_px,
-                              uint32_t height_px, const UnknownCameraOptions& options) {
+                              uint32_t height_px, std::span<const double> focal_shares) {
   const double side = std::max(width_px, height_px);
-  const double step =
-      std::pow(options.focal_share_max / options.focal_share_min, 1.0 / (options.focal_count - 1));
   std::vector<Trial> trials;
-  double share = options.focal_share_min;
-  for (uint32_t i = 0; i < options.focal_count; ++i, share *= step) {
+  for (const double share : focal_shares) {
     for (const double k1 : kDistortions) {
       Trial trial{CameraOf(width_px, height_px, side * share, k1), {}, {}};
       for (const Eigen::Vector2d& px : x_px) {
@@ -195,6 +193,15 @@ std::vector<Trial> ListTrials(std::span<const Eigen::Vector2d> x_px, uint32_t wi
     }
   }
   return trials;
+}
+
+std::vector<double> AllFocalShares(const UnknownCameraOptions& options) {
+  const double step =
+      std::pow(options.focal_share_max / options.focal_share_min, 1.0 / (options.focal_count - 1));
+  std::vector<double> shares;
+  double share = options.focal_share_min;
+  for (uint32_t i = 0; i < options.focal_count; ++i, share *= step) shares.push_back(share);
+  return shares;
 }
 
 struct Guess {
@@ -257,6 +264,52 @@ std::vector<Guess> Search(const std::vector<Trial>& trials, std::span<const Eige
 // Guesses that are refined, at most; neighbouring focal lengths explain nearly the same. Chosen by
 // hand; not measured.
 constexpr size_t kGuessesMax = 5;
+// Of the focal lengths around the one that a photo tells, which is rounded and mostly counted along
+// the diagonal: 12 % to both sides. Chosen by hand.
+constexpr double kToldStep = 1.08;
+
+// By these focal lengths, over the longer side.
+UnknownCameraResection ResectWith(std::span<const double> focal_shares,
+                                  std::span<const Eigen::Vector2d> x_px,
+                                  std::span<const Eigen::Vector3d> points, uint32_t width_px,
+                                  uint32_t height_px, uint64_t seed,
+                                  const ResectionOptions& options) {
+  UnknownCameraResection best;
+  if (x_px.size() != points.size() || x_px.size() < options.inlier_count_min) return best;
+  best.outcome = ResectionOutcome::kTooFewInliers;
+  const double search_error_px = kSearchErrorShare * std::max(width_px, height_px);
+  const std::vector<Guess> guesses =
+      Search(ListTrials(x_px, width_px, height_px, focal_shares), points, seed, options);
+  for (size_t i = 0; i < std::min(kGuessesMax, guesses.size()); ++i) {
+    if (guesses[i].inliers < options.inlier_count_min / 2) break;
+    Rigid3 pose = guesses[i].pose;
+    CameraModel camera = guesses[i].camera;
+    double error_px = 2 * search_error_px;
+    while (true) {
+      std::vector<Eigen::Vector2d> in_x;
+      std::vector<Eigen::Vector3d> in_points;
+      for (const uint32_t k : FindInliers(pose, camera, x_px, points, error_px)) {
+        in_x.push_back(x_px[k]);
+        in_points.push_back(points[k]);
+      }
+      if (in_x.size() < 6) break;
+      const RefinedCamera refined =
+          RefineUnknownCamera(pose, camera, in_x, in_points, 0.3 * error_px);
+      pose = refined.cam_from_world, camera = refined.camera;
+      if (error_px <= options.error_px_max) break;
+      error_px = std::max(options.error_px_max, 0.5 * error_px);
+    }
+    std::vector<uint32_t> inliers = FindInliers(pose, camera, x_px, points, options.error_px_max);
+    if (inliers.size() <= best.inliers.size()) continue;
+    best.cam_from_world = pose, best.camera = camera, best.inliers = std::move(inliers);
+  }
+  const bool is_enough = best.inliers.size() >= options.inlier_count_min &&
+                         static_cast<double>(best.inliers.size()) >=
+                             options.inlier_share_min * static_cast<double>(x_px.size()) &&
+                         CheckCamera(best.camera).ok();
+  best.outcome = is_enough ? ResectionOutcome::kPlaced : ResectionOutcome::kTooFewInliers;
+  return best;
+}
 
 }  // namespace
 
@@ -273,6 +326,8 @@ Status UnknownCameraOptions::Check() const {
       .Above("focal_share_min", focal_share_min, 0)
       .Above("focal_share_max", focal_share_max, focal_share_min)
       .AtLeast("focal_count", focal_count, 2)
+      .AtLeast("told_focal_share", told_focal_share, 0)
+      .Part("told", told.Check())
       .status();
 }
 
@@ -316,43 +371,14 @@ UnknownCameraResection ResectUnknownCamera(std::span<const Eigen::Vector2d> x_px
                                            std::span<const Eigen::Vector3d> points,
                                            uint32_t width_px, uint32_t height_px, uint64_t seed,
                                            const UnknownCameraOptions& options) {
-  UnknownCameraResection best;
-  if (x_px.size() != points.size() || x_px.size() < options.resection.inlier_count_min) return best;
-  best.outcome = ResectionOutcome::kTooFewInliers;
-  const double search_error_px = kSearchErrorShare * std::max(width_px, height_px),
-               error_px_max = options.resection.error_px_max;
-  const std::vector<Guess> guesses =
-      Search(ListTrials(x_px, width_px, height_px, options), points, seed, options.resection);
-  for (size_t i = 0; i < std::min(kGuessesMax, guesses.size()); ++i) {
-    if (guesses[i].inliers < options.resection.inlier_count_min / 2) break;
-    Rigid3 pose = guesses[i].pose;
-    CameraModel camera = guesses[i].camera;
-    double error_px = 2 * search_error_px;
-    while (true) {
-      std::vector<Eigen::Vector2d> in_x;
-      std::vector<Eigen::Vector3d> in_points;
-      for (const uint32_t k : FindInliers(pose, camera, x_px, points, error_px)) {
-        in_x.push_back(x_px[k]);
-        in_points.push_back(points[k]);
-      }
-      if (in_x.size() < 6) break;
-      const RefinedCamera refined =
-          RefineUnknownCamera(pose, camera, in_x, in_points, 0.3 * error_px);
-      pose = refined.cam_from_world, camera = refined.camera;
-      if (error_px <= error_px_max) break;
-      error_px = std::max(error_px_max, 0.5 * error_px);
-    }
-    std::vector<uint32_t> inliers = FindInliers(pose, camera, x_px, points, error_px_max);
-    if (inliers.size() <= best.inliers.size()) continue;
-    best.cam_from_world = pose, best.camera = camera, best.inliers = std::move(inliers);
+  if (const double told = options.told_focal_share; told > 0) {
+    const double around[] = {told, told / kToldStep, told * kToldStep};
+    UnknownCameraResection found =
+        ResectWith(around, x_px, points, width_px, height_px, seed, options.told);
+    if (found.outcome == ResectionOutcome::kPlaced) return found;
   }
-  const bool is_enough =
-      best.inliers.size() >= options.resection.inlier_count_min &&
-      static_cast<double>(best.inliers.size()) >=
-          options.resection.inlier_share_min * static_cast<double>(x_px.size()) &&
-      CheckCamera(best.camera).ok();
-  best.outcome = is_enough ? ResectionOutcome::kPlaced : ResectionOutcome::kTooFewInliers;
-  return best;
+  return ResectWith(AllFocalShares(options), x_px, points, width_px, height_px, seed,
+                    options.resection);
 }
 
 }  // namespace veduta

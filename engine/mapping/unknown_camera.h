@@ -38,6 +38,12 @@ struct UnknownCameraOptions {
   // >= 2. Focal lengths that are tried, evenly in the logarithm: each is then within 8 % of one.
   // Chosen by hand; not measured.
   uint32_t focal_count = 18;
+  // >= 0. What the photo itself tells (FocalShareOf), over its longer side; 0 where it tells
+  // nothing. Focal lengths around it are tried first, with more samples, and fewer inliers do there
+  // (`told`): what is left to be found is little more than a pose. It means no more than that:
+  // where no camera is found so, all focal lengths are tried.
+  double told_focal_share = 0;
+  ResectionOptions told = {.inlier_count_min = 20, .inlier_share_min = 0.03, .samples_max = 4000};
 
   Status Check() const;
 };

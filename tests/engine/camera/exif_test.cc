@@ -22,6 +22,33 @@ TEST(Exif, IsReadAsItWasWritten) {
   EXPECT_EQ(ReadExifCamera({}), ExifCamera());
 }
 
+// Where no equivalent on film is told, as by many cameras of the years before 2010.
+TEST(Exif, TheSensorsResolutionTellsTheEquivalentOnFilm) {
+  const auto read = [](uint16_t unit, double per_unit, uint32_t pixels, double zoom = 0) {
+    const Exiv2::URational resolution(static_cast<uint32_t>(std::lround(per_unit * 1000)), 1000);
+    Exiv2::ExifData data;
+    data["Exif.Photo.FocalLength"] = Exiv2::URational(50, 1);
+    if (zoom > 0) data["Exif.Photo.DigitalZoomRatio"] = Exiv2::URational(3, 2);
+    data["Exif.Photo.FocalPlaneResolutionUnit"] = unit;
+    data["Exif.Photo.FocalPlaneXResolution"] = resolution;
+    data["Exif.Photo.FocalPlaneYResolution"] = resolution;
+    data["Exif.Photo.PixelXDimension"] = pixels;
+    data["Exif.Photo.PixelYDimension"] = pixels * 2 / 3;
+    return ReadExifCamera(testing::BlockOf(data)).focal_35mm;
+  };
+  // 3600 x 2400 px of 10 um: as large as film.
+  EXPECT_NEAR(read(2, 2540, 3600), 50, 0.01);
+  EXPECT_NEAR(read(3, 1000, 3600), 50, 0.01);
+  EXPECT_NEAR(read(4, 100, 3600), 50, 0.01);
+  EXPECT_NEAR(read(3, 2000, 3600), 100, 0.02);
+  EXPECT_NEAR(read(3, 1000, 3600, 1.5), 75, 0.02);
+  EXPECT_EQ(read(1, 1000, 3600), 0) << "in no unit";
+  EXPECT_EQ(read(3, 0, 3600), 0);
+  EXPECT_EQ(read(3, 1000, 0), 0);
+  EXPECT_EQ(read(3, 100'000, 3600), 0) << "a sensor of 0.4 mm";
+  EXPECT_EQ(read(3, 1, 3600), 0) << "a sensor of 36 m";
+}
+
 TEST(Exif, SenselessTextsAndNumbersAreAbsent) {
   const ExifCamera read =
       ReadExifCamera(ExifOf({"  Maker  ", "a\x1b[31mb", std::string(65, 'x'), 20'000, 0, 20'001}));

@@ -86,6 +86,33 @@ TEST(UnknownCamera, IsNotFoundInNoise) {
   EXPECT_EQ(Seek(photo).outcome, ResectionOutcome::kTooFewMatches);
 }
 
+// What a photo tells helps where few of the points are right, and a lie does no harm.
+TEST(UnknownCamera, AToldFocalLengthIsTriedFirst) {
+  const Photo photo = TakePhoto(1000, -0.05, 0, false, 7);
+  Photo few = photo;
+  few.x_px.resize(30), few.points.resize(30);
+  SeededRandom random(11);
+  for (size_t i = 0; i < 600; ++i) {
+    few.points.push_back(photo.points[i % 300]);
+    few.x_px.push_back({kWidth * random.Unit(), kHeight * random.Unit()});
+  }
+  UnknownCameraOptions told;
+  told.told_focal_share = 1.05 * 1000 / kWidth;
+  const auto seek = [](const Photo& seen, const UnknownCameraOptions& options) {
+    return ResectUnknownCamera(seen.x_px, seen.points, kWidth, kHeight, 1, options);
+  };
+  EXPECT_EQ(seek(few, {}).outcome, ResectionOutcome::kTooFewInliers);
+  const UnknownCameraResection found = seek(few, told);
+  ASSERT_EQ(found.outcome, ResectionOutcome::kPlaced);
+  EXPECT_NEAR(found.camera.fx / 1000, 1, 0.02);
+  UnknownCameraOptions lie;
+  lie.told_focal_share = 3;
+  const UnknownCameraResection in_spite = seek(photo, lie), without = seek(photo, {});
+  ASSERT_EQ(in_spite.outcome, ResectionOutcome::kPlaced);
+  EXPECT_NEAR(in_spite.camera.fx / without.camera.fx, 1, 1e-6);
+  EXPECT_EQ(in_spite.inliers, without.inliers);
+}
+
 TEST(UnknownCamera, AnswersTheSameTwice) {
   const Photo photo = TakePhoto(1000, -0.1, 300, false, 3);
   const UnknownCameraResection one = Seek(photo), two = Seek(photo);
