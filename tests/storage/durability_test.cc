@@ -72,6 +72,34 @@ TEST_F(Durability, UnsyncedWriteAheadIsLostAlone) {
             StatusCode::kNotFound);
 }
 
+// The photo waits on whatever becomes of the write: with its camera where that was acknowledged, and
+// otherwise with it or as before.
+TEST_F(Durability, APhotoThatWaitsKeepsTheCameraThatItWasGiven) {
+  const auto camera_of = [&](uint64_t number) {
+    const auto snapshot = database_->GetSnapshot();
+    EXPECT_EQ(snapshot->GetUploadBytes(number)->bytes().size(), 1'000u);
+    return snapshot->GetUpload(number)->camera;
+  };
+  UploadRecord upload;
+  upload.name = "1.jpg";
+  upload.contributor = "anna";
+  upload.photo = SampleHash(1);
+  upload.size_bytes = 1'000;
+  const Result<uint64_t> number = database_->AddUpload(upload, SampleBytes(1, 1'000));
+  ASSERT_OK(number);
+  ASSERT_OK(database_->NameUploadCamera(*number, "first"));
+  CutPowerAndReopen();
+  EXPECT_EQ(camera_of(*number), "first");
+  for (uint64_t n = 1; n <= 2; ++n) {  // the write, and its sync
+    fs_->FailWrites(n, Fault::kIoError, FaultFileSystem::kForever);
+    EXPECT_EQ(database_->NameUploadCamera(*number, "second").code(), StatusCode::kIoError) << n;
+    fs_->Heal();
+    CutPowerAndReopen();
+    EXPECT_EQ(camera_of(*number), "first") << n;
+  }
+  EXPECT_EQ(database_->NameUploadCamera(*number + 1, "second").code(), StatusCode::kNotFound);
+}
+
 // 64 MiB fill the photos' memtable: the log changes and a flush begins between write-ahead and
 // commit.
 TEST_F(Durability, CommitCoversWriteAheadsInOlderLogs) {
