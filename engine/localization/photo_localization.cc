@@ -34,6 +34,9 @@ constexpr uint32_t kNetworkImagesMax = 20;
 // Standard deviation of an estimated focal length, over itself, up to which a pose is believed: the
 // photo is off by about as much of how far it sees. Chosen by hand; not measured.
 constexpr double kFocalDeviationShareMax = 0.05;
+// A focal length that a photo tells is believed where what it sees agrees to so many times: it may
+// have been cropped since, or zoomed. Chosen by hand.
+constexpr double kToldTimesMax = 1.2;
 
 // As when the photo is added, with all other poses held. Returns the photo postponed where its pose
 // is not believed.
@@ -146,10 +149,12 @@ Result<std::vector<SupportAnswer>> SupportOf(const Snapshot& snapshot, const Cit
 // One photo on its way.
 class Localization final {
  public:
-  Localization(const LocalizationParts& parts, const CameraModel& camera, Lens lens)
+  Localization(const LocalizationParts& parts, const CameraModel& camera, Lens lens,
+               double told_focal_px)
       : parts_(parts),
         camera_(camera),
         lens_(lens),
+        told_focal_px_(told_focal_px),
         loader_(parts.snapshot, parts.features, &map_) {}
 
   Result<LocalizedPhoto> Run(PreparedPhoto photo) {
@@ -313,8 +318,14 @@ class Localization final {
       points.push_back(*position);
     }
     if (x_px.size() < UnknownCameraOptions().resection.inlier_count_min) return std::nullopt;
-    RefinedCamera refined = RefineUnknownCamera(image.cam_from_world, camera_, x_px, points,
-                                                BundleOptions().loss_scale_px);
+    const double scale_px = BundleOptions().loss_scale_px;
+    RefinedCamera refined =
+        RefineUnknownCamera(image.cam_from_world, camera_, x_px, points, scale_px);
+    const double told = told_focal_px_ / refined.camera.fx;
+    if (told >= 1 / kToldTimesMax && told <= kToldTimesMax) {
+      refined = RefineUnknownCamera(refined.cam_from_world, refined.camera, x_px, points, scale_px,
+                                    told_focal_px_);
+    }
     if (!CheckCamera(refined.camera).ok() || !std::isfinite(refined.FocalDeviationShare()))
       return std::nullopt;
     return refined;
@@ -337,6 +348,7 @@ class Localization final {
   const LocalizationParts& parts_;
   const CameraModel& camera_;
   const Lens lens_;
+  const double told_focal_px_;  // 0: none is told
   CityMap map_;
   MapLoader loader_;
   LocalizedPhoto answer_;
@@ -345,9 +357,10 @@ class Localization final {
 }  // namespace
 
 Result<LocalizedPhoto> LocalizePhoto(const LocalizationParts& parts, PreparedPhoto photo,
-                                     const CameraModel& camera, Lens lens) {
-  return CatchShortage("localise the photo",
-                       [&] { return Localization(parts, camera, lens).Run(std::move(photo)); });
+                                     const CameraModel& camera, Lens lens, double told_focal_px) {
+  return CatchShortage("localise the photo", [&] {
+    return Localization(parts, camera, lens, told_focal_px).Run(std::move(photo));
+  });
 }
 
 }  // namespace veduta

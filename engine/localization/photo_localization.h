@@ -36,10 +36,12 @@ enum class Lens : uint8_t { kKnown, kEstimated };
 // (ListUnsure). A photo whose bytes are stored has the pose that is stored; if there is none, it is
 // localised without itself. kNoMemory where the memory is too short, kCorruption where something
 // stored that it needs is damaged. An estimated camera is answered as it is after the refinement,
-// and the pose is refused where what is seen leaves the focal length open. Deterministic in the
+// in which a focal length that the photo tells (> 0) has a say where it is not far off; the pose is
+// refused where what is seen leaves the focal length open, whatever is told. Deterministic in the
 // photo and the snapshot. Thread-safe. It loads the surroundings of the photo's neighbours anew
 // each time.
 Result<LocalizedPhoto> LocalizePhoto(const LocalizationParts& parts, PreparedPhoto photo,
-                                     const CameraModel& camera, Lens lens = Lens::kKnown);
+                                     const CameraModel& camera, Lens lens = Lens::kKnown,
+                                     double told_focal_px = 0);
 
 }  // namespace veduta

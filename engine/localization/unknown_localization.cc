@@ -220,8 +220,9 @@ Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPrepa
   }
   Stopwatch watch;
   VEDUTA_ASSIGN_OR_RETURN(const PhotoFacts facts, preparer.Look(source));
-  VEDUTA_ASSIGN_OR_RETURN(FoundCamera found,
-                          CameraSearch(parts, photo, facts.focal_share.value_or(0)).Run());
+  const double told_share = facts.focal_share.value_or(0),
+               told_px = told_share * std::max(photo.width_px, photo.height_px);
+  VEDUTA_ASSIGN_OR_RETURN(FoundCamera found, CameraSearch(parts, photo, told_share).Run());
   const double search_ms = watch.LapMs();
   LocalizedPhoto localized;
   if (!found.camera) {
@@ -234,8 +235,8 @@ Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPrepa
   for (int round = 0; round < kRoundsMax; ++round) {
     PreparedPhoto straight = preparer.Extract(source, camera);
     if (!straight.failure.ok()) return straight.failure;
-    VEDUTA_ASSIGN_OR_RETURN(localized,
-                            LocalizePhoto(parts, std::move(straight), camera, Lens::kEstimated));
+    VEDUTA_ASSIGN_OR_RETURN(
+        localized, LocalizePhoto(parts, std::move(straight), camera, Lens::kEstimated, told_px));
     if (!localized.camera) break;
     const double change = std::abs(localized.camera->model.fx / camera.fx - 1);
     camera = localized.camera->model;

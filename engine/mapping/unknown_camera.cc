@@ -26,6 +26,9 @@ constexpr double kDistortions[] = {0, -0.12, 0.06};
 // measured.
 constexpr double kSearchErrorShare = 0.01;
 constexpr int kRefineSteps = 30;
+// Of the logarithm of a focal length that is told. Chosen by hand; the header says what it stands
+// for.
+constexpr double kToldDeviation = 0.04;
 
 CameraModel CameraOf(uint32_t width_px, uint32_t height_px, double focal_px, double k1) {
   CameraModel camera;
@@ -84,13 +87,14 @@ Projection Project(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& trans
 class LensFit {
  public:
   LensFit(std::span<const Eigen::Vector2d> x_px, std::span<const Eigen::Vector3d> points,
-          double scale_px)
-      : x_px_(x_px), points_(points), scale_(scale_px) {}
+          double scale_px, double told_focal_px)
+      : x_px_(x_px), points_(points), scale_(scale_px), told_focal_px_(told_focal_px) {}
 
   double Cost(const Rigid3& pose, const CameraModel& camera) const {
     const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
     const Eigen::Vector2d middle(camera.cx, camera.cy);
     double cost = PriorOf(camera).cwiseProduct(LensDeviations(camera).cwiseInverse()).squaredNorm();
+    if (told_focal_px_ > 0) cost += std::pow(ToldErrorOf(camera) / kToldDeviation, 2);
     for (size_t i = 0; i < x_px_.size(); ++i) {
       const Projection seen = Project(rotation, pose.translation, camera, points_[i]);
       const double square = seen.is_before ? (seen.x_px + middle - x_px_[i]).squaredNorm() : 1e8;
@@ -124,6 +128,11 @@ class LensFit {
     const Eigen::Vector4d weights = LensDeviations(camera).cwiseAbs2().cwiseInverse();
     sum.normal.diagonal().tail<4>() += weights;
     sum.gradient.tail<4>() += weights.cwiseProduct(PriorOf(camera));
+    if (told_focal_px_ > 0) {
+      constexpr double kWeight = 1 / (kToldDeviation * kToldDeviation);
+      sum.normal(6, 6) += kWeight;
+      sum.gradient(6) += kWeight * ToldErrorOf(camera);
+    }
     return sum;
   }
 
@@ -149,9 +158,13 @@ class LensFit {
             (camera.cy - 0.5 * (camera.height_px - 1)) / camera.fx};
   }
 
+  double ToldErrorOf(const CameraModel& camera) const {
+    return std::log(camera.fx / told_focal_px_);
+  }
+
   const std::span<const Eigen::Vector2d> x_px_;
   const std::span<const Eigen::Vector3d> points_;
-  const double scale_;
+  const double scale_, told_focal_px_;
 };
 
 std::vector<uint32_t> FindInliers(const Rigid3& pose, const CameraModel& camera,
@@ -333,8 +346,9 @@ Status UnknownCameraOptions::Check() const {
 
 RefinedCamera RefineUnknownCamera(const Rigid3& start, const CameraModel& camera,
                                   std::span<const Eigen::Vector2d> x_px,
-                                  std::span<const Eigen::Vector3d> points, double scale_px) {
-  const LensFit fit(x_px, points, scale_px);
+                                  std::span<const Eigen::Vector3d> points, double scale_px,
+                                  double told_focal_px) {
+  const LensFit fit(x_px, points, scale_px, told_focal_px);
   RefinedCamera refined{start, camera, Normal::Zero()};
   double cost = fit.Cost(start, camera), damping = 1e-4;
   for (int i = 0; i < kRefineSteps && damping < 1e8; ++i) {

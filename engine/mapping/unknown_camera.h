@@ -82,9 +82,12 @@ struct RefinedCamera {
 };
 
 // Minimises the Cauchy-weighted squared reprojection errors, of `scale_px`, over pose and lens. The
-// camera has square pixels, and both centres in one place.
+// camera has square pixels, and both centres in one place. A focal length that is told (> 0) counts
+// like an observation of one pixel at 4 % of itself, which is what makers round and count
+// differently by.
 RefinedCamera RefineUnknownCamera(const Rigid3& cam_from_world, const CameraModel& camera,
                                   std::span<const Eigen::Vector2d> x_px,
-                                  std::span<const Eigen::Vector3d> points, double scale_px);
+                                  std::span<const Eigen::Vector3d> points, double scale_px,
+                                  double told_focal_px = 0);
 
 }  // namespace veduta

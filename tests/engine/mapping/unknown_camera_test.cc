@@ -134,6 +134,18 @@ TEST(UnknownCamera, TellsHowSureTheFocalLengthIs) {
   EXPECT_GE(inside, 33u);
 }
 
+// It decides where the photo itself leaves the focal length open, and has no say where it does not.
+TEST(UnknownCamera, AToldFocalLengthHasASay) {
+  const auto refine = [](const Photo& photo, double told_focal_px) {
+    return RefineUnknownCamera(photo.pose, photo.camera, photo.x_px, photo.points, 2,
+                               told_focal_px);
+  };
+  const Photo wall = TakePhoto(1000, 0, 0, true, 5), box = TakePhoto(1000, 0, 0, false, 5);
+  EXPECT_NEAR(refine(wall, 1100).camera.fx / 1100, 1, 0.03);
+  EXPECT_LT(refine(wall, 1100).FocalDeviationShare(), 0.05);
+  EXPECT_NEAR(refine(box, 1100).camera.fx / refine(box, 0).camera.fx, 1, 0.001);
+}
+
 // Whoever sees a wall head on cannot tell a long lens from a short distance.
 TEST(UnknownCamera, OfAWallSeenHeadOnStaysOpen) {
   const Photo photo = TakePhoto(1000, 0, 0, true, 5);
