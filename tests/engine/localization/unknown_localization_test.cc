@@ -6,6 +6,7 @@
 //   focal length and distortion.
 #include "engine/localization/unknown_localization.h"
 
+#include "tests/engine/camera/exif_writer.h"
 #include "tests/engine/street_fixture.h"
 
 namespace veduta {
@@ -64,6 +65,20 @@ TEST(UnknownLocalization, FindsTheCameraWithThePose) {
   EXPECT_TRUE(photo.uncertainty);
   EXPECT_FALSE(photo.support.empty());
   EXPECT_EQ(city.Digest(), before);
+}
+
+// The phone's is 38.4 mm.
+TEST(UnknownLocalization, AFocalLengthThatIsToldWronglyDoesNoHarm) {
+  City city;
+  city.Add(Walk(4, 1, 10));
+  const PhotoSource untold = TakeByPhone(TakePhoto({8, 90}).cam_from_world);
+  for (const double told_mm : {38, 42, 20, 80}) {
+    const ExifCamera exif{"Maker", "Phone", "", 5.5, 0, told_mm};
+    const LocalizedPhoto photo =
+        Localize(city, Source("told.jpg", testing::WithExif(*untold.bytes, testing::ExifOf(exif))));
+    ASSERT_TRUE(photo.camera) << told_mm << ": " << photo.detail << photo.failure.message();
+    EXPECT_NEAR(photo.camera->model.fx / Phone().fx, 1, 0.02) << told_mm;
+  }
 }
 
 TEST(UnknownLocalization, AStoredPhotoHasTheCameraThatItWasStoredWith) {
