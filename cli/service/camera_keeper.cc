@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <condition_variable>
+#include <utility>
 
 #include "storage/base/memory_shortage.h"
 
@@ -13,6 +15,14 @@ namespace {
 constexpr size_t kPhotosMin = 4;
 // Who sends photos has sent all of them when no other one comes for so long. Chosen by hand.
 constexpr std::chrono::seconds kQuiet(10);
+// Before another attempt where the disk or the memory has failed. Chosen by hand.
+constexpr std::chrono::seconds kPause(5);
+
+void Pause(const std::stop_token& stop) {
+  std::mutex mutex;
+  std::unique_lock lock(mutex);
+  std::condition_variable_any().wait_for(lock, stop, kPause, [] { return false; });
+}
 
 bool IsAnyKnown(const Result<std::vector<FirstCamera>>& cameras) {
   return cameras.ok() &&
@@ -21,9 +31,11 @@ bool IsAnyKnown(const Result<std::vector<FirstCamera>>& cameras) {
 
 }  // namespace
 
-CameraKeeper::CameraKeeper(Engine* engine, PhotoIntake* intake)
+CameraKeeper::CameraKeeper(Engine* engine, PhotoIntake* intake,
+                           std::function<void(const Status&)> failed)
     : engine_(engine),
       intake_(intake),
+      failed_(std::move(failed)),
       thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
 Result<std::vector<FirstCamera>> CameraKeeper::CalibrateNow(const std::stop_token& stop) {
@@ -40,7 +52,7 @@ Result<std::vector<FirstCamera>> CameraKeeper::Calibrate(const std::stop_token& 
   const size_t count = intake_->counts().awaiting_camera;
   auto cameras =
       CatchShortage("calibrate cameras", [&] { return engine_->CalibrateWaiting(stop); });
-  tried_ = IsAnyKnown(cameras) ? 0 : count;
+  if (cameras.ok()) tried_ = IsAnyKnown(cameras) ? 0 : count;
   if (cameras.ok() && (also_without_new || tried_ == 0))
     VEDUTA_RETURN_IF_ERROR(intake_->Resume(engine_, true));
   return cameras;
@@ -54,10 +66,16 @@ void CameraKeeper::Run(const std::stop_token& stop) {
       wanted = CountWanted();
     }
     if (intake_->AwaitCameraless(wanted, kQuiet, stop) == 0) return;
-    const std::lock_guard lock(calibrating_);
-    // Somebody may have had it done meanwhile.
-    if (intake_->counts().awaiting_camera < CountWanted()) continue;
-    Calibrate(stop, false).status().IgnoreBecause("it is tried again when more photos wait");
+    Status failed;
+    {
+      const std::lock_guard lock(calibrating_);
+      // Somebody may have had it done meanwhile.
+      if (intake_->counts().awaiting_camera < CountWanted()) continue;
+      failed = Calibrate(stop, false).status();
+    }
+    if (failed.ok()) continue;
+    if (failed_) failed_(failed);
+    Pause(stop);
   }
 }
 

@@ -98,8 +98,13 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
             }),
       engine_(std::move(engine)),
       pool_(options.query_threads),
-      dense_(engine_.get(), options.dense, std::move(listeners.dense_failed)),
-      cameras_(engine_.get(), &intake_),
+      dense_(engine_.get(), options.dense,
+             [this, told = std::move(listeners.dense_failed)](const Status& failure) {
+               disk_.NoteFailure(failure);
+               if (told) told(failure);
+             }),
+      cameras_(engine_.get(), &intake_,
+               [this](const Status& failure) { disk_.NoteFailure(failure); }),
       owner_commands_(engine_.get(), &dense_, &cameras_, options.dense.request.cache_folder),
       settler_([this, followed = std::move(listeners.followed)](std::stop_token stop) {
         SettleNowAndThen(std::move(stop), followed);
@@ -384,9 +389,8 @@ void CityService::SettleNowAndThen(
     const auto tell = [&](const FollowUp& step) {
       if (followed) followed(step, engine_->Ask());
     };
-    CatchShortage("settle", [&] {
-      return engine_->Settle(stop, tell);
-    }).IgnoreBecause("each step that failed was told, and is tried again after the next pause");
+    // Each step that failed was told, and is tried again after the next pause.
+    disk_.NoteFailure(CatchShortage("settle", [&] { return engine_->Settle(stop, tell); }));
   }
 }
 

@@ -6,9 +6,11 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <thread>
 
 #include "tests/engine/street_fixture.h"
+#include "tests/storage/fault_file_system.h"
 
 namespace veduta {
 namespace {
@@ -50,6 +52,28 @@ TEST(CameraKeeper, BeginsACityByItselfOnceNoMorePhotosCome) {
   Send(&city, &intake, 8);
   while (city.Counts().placed < 7) std::this_thread::sleep_for(std::chrono::milliseconds(50));
   EXPECT_EQ(city.Counts().cameras, 2u) << "the named one of the street, and theirs";
+}
+
+// Though no other photo comes.
+TEST(CameraKeeper, TriesAgainWhereTheDiskWasFull) {
+  const auto disk = std::make_shared<FaultFileSystem>();
+  CityOptions options = City::Options(2);
+  options.database.file_system = disk;
+  PhotoIntake intake({}, Ignore);
+  City city(options);
+  std::atomic<int> failures = 0;
+  CameraKeeper keeper(&city.engine(), &intake, [&](const Status& failure) {
+    EXPECT_EQ(failure.code(), StatusCode::kIoError) << failure.message();
+    disk->Heal();
+    EXPECT_OK(city.engine().Reopen());
+    ++failures;
+  });
+  Send(&city, &intake, 8);
+  while (intake.counts().awaiting_camera < 8) std::this_thread::yield();
+  disk->FailWrites(1, Fault::kNoSpace, FaultFileSystem::kForever);
+  while (intake.counts().waiting > 0) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(failures, 1);
+  EXPECT_GE(city.Counts().placed, 7u);
 }
 
 TEST(CameraKeeper, EndsWhileItWaits) {
