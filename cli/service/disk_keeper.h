@@ -16,12 +16,12 @@ namespace veduta {
 
 // After a failed write the engine refuses all others until its files are opened again; and where
 // opening fails, nothing can be asked any more. So it is tried until it works, by a thread of its
-// own, whether somebody asks for something meanwhile or not. Thread-safe. Must be stopped before the
-// engine ends.
+// own, whether somebody asks for something meanwhile or not. Thread-safe. Must be stopped before
+// the engine ends.
 class DiskKeeper final {
  public:
-  // `path` is the database's folder. `reopened` is called after each opening, by the thread; it must
-  // not throw.
+  // `path` is the database's folder. `reopened` is called after each opening, by the thread; it
+  // must not throw.
   DiskKeeper(Engine* engine, std::string path, std::function<void()> reopened);
 
   // To be told of what may have been a failed write: kIoError; all else is no reason. Returns at

@@ -7,11 +7,11 @@
 namespace veduta {
 
 // Matches the photo as it was taken with what looks like it, and estimates its focal length and
-// distortion from the points that these images see (engine/mapping/unknown_camera.h), beginning with
-// the focal length that the photo tells of itself, if any. With that camera it is localised like any
-// other photo (LocalizePhoto), while the camera is refined by all that it then sees; anew, twice at
-// most, where that has changed the camera. A photo whose bytes are stored has the camera that it was
-// stored with. Errors, determinism and threads are those of LocalizePhoto.
+// distortion from the points that these images see (engine/mapping/unknown_camera.h), beginning
+// with the focal length that the photo tells of itself, if any. With that camera it is localised
+// like any other photo (LocalizePhoto), while the camera is refined by all that it then sees; anew,
+// twice at most, where that has changed the camera. A photo whose bytes are stored has the camera
+// that it was stored with. Errors, determinism and threads are those of LocalizePhoto.
 Result<LocalizedPhoto> LocalizeUnknown(const LocalizationParts& parts,
                                        const PhotoPreparer& preparer, const PhotoSource& source);
 

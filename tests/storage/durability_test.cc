@@ -72,8 +72,8 @@ TEST_F(Durability, UnsyncedWriteAheadIsLostAlone) {
             StatusCode::kNotFound);
 }
 
-// The photo waits on whatever becomes of the write: with its camera where that was acknowledged, and
-// otherwise with it or as before.
+// The photo waits on whatever becomes of the write: with its camera where that was acknowledged,
+// and otherwise as before.
 TEST_F(Durability, APhotoThatWaitsKeepsTheCameraThatItWasGiven) {
   const auto camera_of = [&](uint64_t number) {
     const auto snapshot = database_->GetSnapshot();
