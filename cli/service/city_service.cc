@@ -380,6 +380,7 @@ void CityService::SettleNowAndThen(
       pause_.wait_for(lock, stop, pause, [] { return false; });
     }
     if (stop.stop_requested()) return;
+    disk_.Look();
     CatchShortage("resume photos", [&] {
       return Resume();
     }).IgnoreBecause("it is tried again after the next pause");

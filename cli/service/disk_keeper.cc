@@ -26,7 +26,17 @@ DiskKeeper::DiskKeeper(Engine* engine, std::string path, std::function<void()> r
       thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
 void DiskKeeper::NoteFailure(const Status& failure) {
-  if (failure.code() != StatusCode::kIoError) return;
+  if (failure.code() == StatusCode::kIoError) SetDue();
+}
+
+void DiskKeeper::Look() {
+  const Status read =
+      CatchShortage("look at the files", [this] { return engine_->Ask().Journal(1, 1).status(); });
+  // One that opens them at this moment has opened them when this is tried.
+  if (read.code() == StatusCode::kBusy) SetDue();
+}
+
+void DiskKeeper::SetDue() {
   const std::lock_guard lock(mutex_);
   is_due_ = true;
   changed_.notify_all();

@@ -27,10 +27,14 @@ class DiskKeeper final {
   // To be told of what may have been a failed write: kIoError; all else is no reason. Returns at
   // once.
   void NoteFailure(const Status& failure);
+  // To be called now and then: tries it, too, where the files are found closed, as after a removal
+  // that could not open them again. Returns soon.
+  void Look();
   // Nothing is tried from now on; an attempt that runs has ended when it returns.
   void Stop();
 
  private:
+  void SetDue();
   void Run(const std::stop_token& stop);
   // Whether the files have been opened again. They are not touched where the disk has no room: they
   // can still be read then.

@@ -55,11 +55,23 @@ TEST_F(DiskKeeperTest, TriesUntilItWorks) {
   EXPECT_EQ(reopened_, 2);
 }
 
+// Whoever has closed them tells nobody.
+TEST_F(DiskKeeperTest, FindsFilesThatCouldNotBeOpenedAgain) {
+  DiskKeeper keeper(&city_.engine(), city_.path(), [this] { ++reopened_; });
+  disk_->FailWrites(1, Fault::kNoSpace, FaultFileSystem::kForever);
+  ASSERT_EQ(city_.engine().Reopen().code(), StatusCode::kIoError);
+  disk_->Heal();
+  keeper.Look();
+  Await(1);
+  EXPECT_OK(city_.engine().Ask().Status());
+}
+
 TEST_F(DiskKeeperTest, TouchesNothingForOtherReasons) {
   DiskKeeper keeper(&city_.engine(), city_.path(), [this] { ++reopened_; });
   const Questions before = city_.engine().Ask();
   for (const Status& other : {Status::Busy("later"), Status::NotFound("no"), Status::Ok()})
     keeper.NoteFailure(other);
+  keeper.Look();
   keeper.Stop();
   EXPECT_EQ(reopened_, 0);
   EXPECT_OK(before.Status()) << "its files are open";
