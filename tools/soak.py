@@ -125,7 +125,7 @@ class Soak:
         code, _, body = self.ask('POST', '/v1/photos?camera=c', form,
                                  {'Content-Type': 'multipart/form-data; boundary=soak'})
         self.note('cut form' if is_cut else 'form', code, body,
-                  (400,) if is_cut else (202, 409, 429, 503))
+                  (400, 503) if is_cut else (202, 409, 429, 503))
         if code == 202:
             for one, (name, data) in zip(json.loads(body)['photos'], sent):
                 if one['status'] == 202:

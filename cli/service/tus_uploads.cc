@@ -70,7 +70,7 @@ HttpAnswer TusUploads::Answer(Engine* engine, const HttpRequest& request) {
   if (!upload.ok()) return refusal;
   if (request.method == "DELETE") {
     const Status abandoned = engine->AbandonUpload(upload->id);
-    return abandoned.ok() ? NoContent() : ProblemOf(abandoned);
+    return abandoned.ok() ? NoContent() : NotStored(abandoned);
   }
   HttpAnswer answer = JsonAnswer(200, ToJson(*upload));
   AddHeaders(*upload, &answer);
