@@ -205,8 +205,8 @@ class Engine final {
   // Processes that have ended on photos they had to decode, since the engine was opened: by the
   // photo, and killed from outside. Both 0 where photos are decoded in this process.
   std::pair<uint64_t, uint64_t> DecoderDeaths() const;
-  // Closes and opens the files again, after a failed write: what the disk holds is then known. Does
-  // not wait for readers; Questions asked before answer kBusy from then on.
+  // Closes and opens the files again, after a failed write. Does not wait for readers: Questions
+  // asked before answer kBusy from then on, as all do where it fails, until it is called again.
   Status Reopen();
 
  private:

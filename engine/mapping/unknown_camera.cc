@@ -281,6 +281,12 @@ constexpr size_t kGuessesMax = 5;
 // the diagonal: 12 % to both sides. Chosen by hand.
 constexpr double kToldStep = 1.08;
 
+bool IsEnough(const UnknownCameraResection& found, size_t count, const ResectionOptions& options) {
+  const size_t inliers = found.inliers.size();
+  return inliers >= options.inlier_count_min &&
+         static_cast<double>(inliers) >= options.inlier_share_min * static_cast<double>(count);
+}
+
 // By these focal lengths, over the longer side.
 UnknownCameraResection ResectWith(std::span<const double> focal_shares,
                                   std::span<const Eigen::Vector2d> x_px,
@@ -316,10 +322,7 @@ UnknownCameraResection ResectWith(std::span<const double> focal_shares,
     if (inliers.size() <= best.inliers.size()) continue;
     best.cam_from_world = pose, best.camera = camera, best.inliers = std::move(inliers);
   }
-  const bool is_enough = best.inliers.size() >= options.inlier_count_min &&
-                         static_cast<double>(best.inliers.size()) >=
-                             options.inlier_share_min * static_cast<double>(x_px.size()) &&
-                         CheckCamera(best.camera).ok();
+  const bool is_enough = IsEnough(best, x_px.size(), options) && CheckCamera(best.camera).ok();
   best.outcome = is_enough ? ResectionOutcome::kPlaced : ResectionOutcome::kTooFewInliers;
   return best;
 }
@@ -385,14 +388,20 @@ UnknownCameraResection ResectUnknownCamera(std::span<const Eigen::Vector2d> x_px
                                            std::span<const Eigen::Vector3d> points,
                                            uint32_t width_px, uint32_t height_px, uint64_t seed,
                                            const UnknownCameraOptions& options) {
+  UnknownCameraResection by_told;
   if (const double told = options.told_focal_share; told > 0) {
     const double around[] = {told, told / kToldStep, told * kToldStep};
-    UnknownCameraResection found =
-        ResectWith(around, x_px, points, width_px, height_px, seed, options.told);
-    if (found.outcome == ResectionOutcome::kPlaced) return found;
+    by_told = ResectWith(around, x_px, points, width_px, height_px, seed, options.told);
+    if (by_told.outcome == ResectionOutcome::kPlaced &&
+        IsEnough(by_told, x_px.size(), options.resection))
+      return by_told;
   }
-  return ResectWith(AllFocalShares(options), x_px, points, width_px, height_px, seed,
-                    options.resection);
+  UnknownCameraResection by_any = ResectWith(AllFocalShares(options), x_px, points, width_px,
+                                             height_px, seed, options.resection);
+  const bool is_told_better = by_told.outcome == ResectionOutcome::kPlaced &&
+                              (by_any.outcome != ResectionOutcome::kPlaced ||
+                               by_told.inliers.size() >= by_any.inliers.size());
+  return is_told_better ? by_told : by_any;
 }
 
 }  // namespace veduta

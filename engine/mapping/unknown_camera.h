@@ -41,7 +41,7 @@ struct UnknownCameraOptions {
   // >= 0. What the photo itself tells (FocalShareOf), over its longer side; 0 where it tells
   // nothing. Focal lengths around it are tried first, with more samples, and fewer inliers do there
   // (`told`): what is left to be found is little more than a pose. It means no more than that:
-  // where no camera is found so, all focal lengths are tried.
+  // where so few are found, all focal lengths are tried, and those that explain most are taken.
   double told_focal_share = 0;
   ResectionOptions told = {.inlier_count_min = 20, .inlier_share_min = 0.03, .samples_max = 4000};
 
