@@ -21,9 +21,8 @@
 namespace veduta {
 namespace {
 
-// Of each side of a photo, what stays, and how far from the middle that is cut out at most: a photo
-// that is wider bent needs what lies beside it.
-constexpr double kKept = 0.82, kCutOffMax = 0.08;
+// Of each side of a photo, what stays: a photo that is wider bent needs what lies beside it.
+constexpr double kKept = 0.82;
 // Any number would do.
 constexpr uint64_t kSeedOfCameras = 3;
 constexpr double kBentMin = -0.15, kBentMax = 0.1;
@@ -32,7 +31,7 @@ struct Arguments {
   std::string photos, out, size, params;
   uint64_t seed = 1;
   uint32_t cameras = 4;
-  double scale_min = 0.4, scale_max = 0.9;
+  double scale_min = 0.4, scale_max = 0.9, off_middle = 0.08;
 };
 
 double Between(double low, double high, SeededRandom* random) {
@@ -45,8 +44,9 @@ CameraModel Draw(const CameraModel& source, const Arguments& arguments, SeededRa
   camera.width_px = static_cast<uint32_t>(kKept * scale * source.width_px);
   camera.height_px = static_cast<uint32_t>(kKept * scale * source.height_px);
   camera.fx = scale * source.fx, camera.fy = scale * source.fy;
-  const double left = (1 - kKept) / 2 + Between(-kCutOffMax, kCutOffMax, random);
-  const double above = (1 - kKept) / 2 + Between(-kCutOffMax, kCutOffMax, random);
+  const double off = arguments.off_middle;
+  const double left = (1 - kKept) / 2 + Between(-off, off, random);
+  const double above = (1 - kKept) / 2 + Between(-off, off, random);
   camera.cx = scale * (source.cx + 0.5 - left * source.width_px) - 0.5;
   camera.cy = scale * (source.cy + 0.5 - above * source.height_px) - 0.5;
   camera.u0 = camera.cx, camera.v0 = camera.cy;
@@ -123,6 +123,9 @@ int Run(int argc, char** argv) {
       ->check(CLI::Range(0.1, 1.0));
   app.add_option("--scale-max", arguments.scale_max, "the largest photo over the known ones (0.9)")
       ->check(CLI::Range(0.1, 1.0));
+  app.add_option("--off-middle", arguments.off_middle,
+                 "how far from the middle it is cut out at most, over the known side (0.08)")
+      ->check(CLI::Range(0.0, 0.09));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
