@@ -12,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/camera/sensor_sizes.h"
+
 namespace veduta {
 namespace {
 
@@ -51,8 +53,15 @@ double UnitMm(double unit) {
   return unit == 0 || unit == 2 ? 25.4 : 0;
 }
 
-// The 35 mm equivalent by how many pixels of the photo, as it was taken, the sensor has in a
-// millimetre; 0 where that is not told, or makes no sense.
+// The 35 mm equivalent of a photo that shows so much of the sensor.
+double EquivalentOf(const ExifCamera& camera, double width_mm, double height_mm) {
+  const double equivalent_mm = camera.focal_mm * std::max(1.0, camera.digital_zoom) *
+                               kFilmDiagonalMm / std::hypot(width_mm, height_mm);
+  return equivalent_mm <= kNumberMax ? equivalent_mm : 0;
+}
+
+// By how many pixels of the photo, as it was taken, the sensor has in a millimetre; 0 where that is
+// not told, or makes no sense.
 double EquivalentBySensor(const Exiv2::ExifData& data, const ExifCamera& camera) {
   const double unit_mm = UnitMm(NumberOf(data, "Exif.Photo.FocalPlaneResolutionUnit"));
   const auto side_mm = [&](const char* pixels, const char* resolution) {
@@ -64,9 +73,22 @@ double EquivalentBySensor(const Exiv2::ExifData& data, const ExifCamera& camera)
                    side_mm("Exif.Photo.PixelYDimension", "Exif.Photo.FocalPlaneYResolution");
   const auto makes_sense = [](double mm) { return mm >= kSensorMmMin && mm <= kSensorMmMax; };
   if (!makes_sense(width_mm) || !makes_sense(height_mm)) return 0;
-  const double equivalent_mm = camera.focal_mm * std::max(1.0, camera.digital_zoom) *
-                               kFilmDiagonalMm / std::hypot(width_mm, height_mm);
-  return equivalent_mm <= kNumberMax ? equivalent_mm : 0;
+  return EquivalentOf(camera, width_mm, height_mm);
+}
+
+// By how large the sensor of such a camera is known to be; 0 where it is not. A photo that is wider
+// or narrower than the sensor is cut out of it.
+double EquivalentByModel(const Exiv2::ExifData& data, const ExifCamera& camera) {
+  const auto sensor = FindSensorSize(camera.make, camera.model);
+  if (!sensor) return 0;
+  const double width_px = NumberOf(data, "Exif.Photo.PixelXDimension", kPixelsMax),
+               height_px = NumberOf(data, "Exif.Photo.PixelYDimension", kPixelsMax);
+  const double sensor_ratio = sensor->width_mm / sensor->height_mm;
+  const double ratio = width_px > 0 && height_px > 0
+                           ? std::max(width_px, height_px) / std::min(width_px, height_px)
+                           : sensor_ratio;
+  return EquivalentOf(camera, sensor->width_mm * std::min(1.0, ratio / sensor_ratio),
+                      sensor->height_mm * std::min(1.0, sensor_ratio / ratio));
 }
 
 // Degrees, minutes and seconds as one number; nothing where it is none.
@@ -113,6 +135,7 @@ ExifCamera CameraOf(const Exiv2::ExifData& data) {
   camera.digital_zoom = NumberOf(data, "Exif.Photo.DigitalZoomRatio");
   camera.focal_35mm = NumberOf(data, "Exif.Photo.FocalLengthIn35mmFilm");
   if (camera.focal_35mm == 0) camera.focal_35mm = EquivalentBySensor(data, camera);
+  if (camera.focal_35mm == 0) camera.focal_35mm = EquivalentByModel(data, camera);
   return camera;
 }
 

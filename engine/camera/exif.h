@@ -19,7 +19,7 @@ struct ExifCamera {
   // 0 where it is not told.
   double focal_mm = 0, digital_zoom = 0;
   // The focal length with which a photo of 36 x 24 mm shows as much; where it is not told, by the
-  // sensor's resolution (FocalPlaneXResolution), to some percent. 0 where that is not told either.
+  // sensor's resolution or its size (FindSensorSize), to some percent. 0 where nothing tells it.
   double focal_35mm = 0;
 
   bool operator==(const ExifCamera&) const = default;

@@ -49,6 +49,26 @@ TEST(Exif, TheSensorsResolutionTellsTheEquivalentOnFilm) {
   EXPECT_EQ(read(3, 1, 3600), 0) << "a sensor of 36 m";
 }
 
+TEST(Exif, AKnownCamerasSensorTellsTheEquivalentOnFilm) {
+  const auto read = [](const char* model, uint32_t width_px, uint32_t height_px) {
+    Exiv2::ExifData data;
+    data["Exif.Image.Make"] = "SONY";
+    data["Exif.Image.Model"] = model;
+    data["Exif.Photo.FocalLength"] = Exiv2::URational(63, 10);
+    if (width_px > 0) data["Exif.Photo.PixelXDimension"] = width_px;
+    if (width_px > 0) data["Exif.Photo.PixelYDimension"] = height_px;
+    return ReadExifCamera(testing::BlockOf(data)).focal_35mm;
+  };
+  // 6.3 mm before 5.76 x 4.29 mm: its maker says 38 mm.
+  EXPECT_NEAR(read("DSC-W55", 3072, 2304), 38, 0.2);
+  EXPECT_NEAR(read("DSC-W55", 2304, 3072), 38, 0.2);
+  EXPECT_NEAR(read("DSC-W55", 0, 0), 38, 0.1);
+  // Wide photos are as wide as the sensor, and less high.
+  EXPECT_NEAR(read("DSC-W55", 1920, 1080), 6.3 * 43.267 / (5.76 * 1.1474), 0.02);
+  EXPECT_NEAR(read("DSC-W55", 2000, 2000), 6.3 * 43.267 / (4.29 * 1.4142), 0.02);
+  EXPECT_EQ(read("DSC-W5500", 3072, 2304), 0);
+}
+
 TEST(Exif, SenselessTextsAndNumbersAreAbsent) {
   const ExifCamera read =
       ReadExifCamera(ExifOf({"  Maker  ", "a\x1b[31mb", std::string(65, 'x'), 20'000, 0, 20'001}));
