@@ -14,8 +14,8 @@ struct CamerasOfOneSensor {
 };
 
 // The sensors' usual names are those of camera tubes: a sensor of 1/2.5" measures 5.76 x 4.29 mm.
-// From the makers' data sheets. Cameras that write what they need themselves (Canon's and Nikon's
-// reflex cameras, telephones since 2015) are not here.
+// Which camera has which is public knowledge. Cameras that write what is needed themselves (Canon's
+// and Nikon's reflex cameras, telephones since 2015) are not here.
 constexpr SensorSize kInch1Over4{3.6, 2.7}, kInch1Over3p2{4.54, 3.42}, kInch1Over3p06{4.69, 3.52},
     kInch1Over2p7{5.33, 4.0}, kInch1Over2p5{5.76, 4.29}, kInch1Over2p4{5.9, 4.43},
     kInch1Over2p3{6.17, 4.55}, kInch1Over1p8{7.18, 5.32}, kInch1Over1p7{7.53, 5.64},
