@@ -24,7 +24,6 @@ constexpr SensorSize kInch1Over4{3.6, 2.7}, kInch1Over3p2{4.54, 3.42}, kInch1Ove
 constexpr CamerasOfOneSensor kTable[] = {
     {"apple", kInch1Over4, " iphone|3gs "},
     {"apple", kInch1Over3p2, " iphone|4 iphone|4s iphone|5 "},
-    {"google", kInch1Over3p2, " nexus|5 "},
     {"lge", kInch1Over4, " nexus|4 "},
     {"lge", kInch1Over3p2, " nexus|5 "},
     {"htc", {5.38, 3.04}, " one "},
