@@ -115,14 +115,17 @@ const std::shared_ptr<const Snapshot>& EngineParts::SnapshotOf(const Questions& 
 }
 
 Result<CameraRecord> EngineParts::FindCamera(const std::string& name) {
+  const std::shared_ptr<const Snapshot> snapshot = database->GetSnapshot();
+  CameraId known;
   {
     const std::lock_guard lock(caches_mutex);
-    if (const auto found = cameras.find(name); found != cameras.end()) return found->second;
+    if (const auto found = cameras.find(name); found != cameras.end()) known = found->second;
   }
-  VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera,
-                          veduta::FindCamera(*database->GetSnapshot(), name));
+  if (known.valid()) return snapshot->GetCamera(known);
+  VEDUTA_ASSIGN_OR_RETURN(CameraRecord camera, veduta::FindCamera(*snapshot, name));
   const std::lock_guard lock(caches_mutex);
-  return cameras[name] = camera;
+  cameras[name] = camera.id;
+  return camera;
 }
 
 Result<std::optional<CameraRecord>> EngineParts::FindNamed(const std::string& name) {
@@ -132,7 +135,7 @@ Result<std::optional<CameraRecord>> EngineParts::FindNamed(const std::string& na
 }
 
 Result<CameraId> EngineParts::AddCamera(const std::string& name, const CameraModel& model,
-                                        const std::string& source) {
+                                        const std::string& source, bool is_refinable) {
   if (name.empty()) return Status::InvalidArgument("a camera needs a name");
   Writer::Turn turn = writer->Take();
   const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
@@ -147,7 +150,7 @@ Result<CameraId> EngineParts::AddCamera(const std::string& name, const CameraMod
   if (known.status().code() != StatusCode::kNotFound) return known.status();
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, snapshot->GetState());
   const CameraId id(state.next_camera++);
-  const CameraRecord camera{id, name, model, source};
+  const CameraRecord camera{id, name, model, source, is_refinable};
   PutNewCamera(camera, &state, transaction.get());
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());

@@ -74,7 +74,7 @@ Result<std::string> Add(EngineParts* parts, const Group& group, const Calibratio
                                        std::to_string(made.model.height_px);
   std::string name = wanted;
   for (uint32_t number = 2;; name = wanted + " (" + std::to_string(number++) + ")") {
-    const Result<CameraId> id = parts->AddCamera(name, made.model, SourceOf(made));
+    const Result<CameraId> id = parts->AddCamera(name, made.model, SourceOf(made), true);
     if (id.ok()) return name;
     if (id.status().code() != StatusCode::kAlreadyExists) return id.status();
   }

@@ -88,10 +88,10 @@ struct EngineParts {
   static const std::shared_ptr<const Snapshot>& SnapshotOf(const Questions& questions);
   static EngineParts& Of(const Questions& questions);
 
-  // Engine::AddCamera.
+  // Engine::AddCamera; `is_refinable` as CameraRecord has it.
   Result<CameraId> AddCamera(const std::string& name, const CameraModel& model,
-                             const std::string& source);
-  // The camera of that name; found ones are remembered, since cameras never change.
+                             const std::string& source, bool is_refinable = false);
+  // The camera of that name, as it is now. Which one has a name is remembered: that never changes.
   Result<CameraRecord> FindCamera(const std::string& name);
   // The same of a submission, whose camera need not be named.
   Result<std::optional<CameraRecord>> FindNamed(const std::string& name);
@@ -157,7 +157,7 @@ struct EngineParts {
   std::shared_ptr<std::mutex> preparing_vocabulary = std::make_shared<std::mutex>();
   std::mutex caches_mutex;  // of `caches` and `cameras`
   std::shared_ptr<EngineCaches> caches;
-  std::map<std::string, CameraRecord> cameras;
+  std::map<std::string, CameraId> cameras;
   std::unique_ptr<Ingest> ingest;      // used with the writer's turn only
   std::mutex lining_mutex;             // held while a photo gets onto the disk and in line
   std::mutex uploads_mutex;            // of `uploads`; never held while anything is written

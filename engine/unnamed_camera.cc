@@ -84,7 +84,7 @@ Result<EstimatedUnnamed> EstimateUnnamedCamera(EngineParts* parts, const PhotoSo
   if (!localized->camera) return NoCamera(std::move(*localized));
   const EstimatedCamera& camera = *localized->camera;
   EstimatedUnnamed estimated;
-  estimated.camera = CameraRecord{{}, {}, camera.model, SourceOf(camera)};
+  estimated.camera = CameraRecord{{}, {}, camera.model, SourceOf(camera), true};
   if (camera.focal_stddev_share <= kSettledShareMax) estimated.camera->name = facts.camera_group;
   estimated.outcome.times = localized->times;
   return estimated;

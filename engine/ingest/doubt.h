@@ -50,6 +50,12 @@ struct DoubtedImage {
   std::string why;  // for a person
 };
 
+// A camera whose focal length has grown by so many times.
+struct RefinedLens {
+  CameraId camera;
+  double factor = 1;
+};
+
 // What becomes of a reconstruction that is not believed any more as it is.
 struct Healing {
   std::vector<DoubtedImage> unplaced;       // in the order in which they lost their poses
@@ -60,6 +66,10 @@ struct Healing {
   std::vector<PairEvidence> evidence;
   std::vector<std::vector<ImageId>> agreeing;
 
+  // How the focal lengths of cameras that the images have were refined before that.
+  std::vector<RefinedLens> lenses;
+
+  // Whether nothing is taken out.
   bool empty() const { return unplaced.empty() && parts.empty(); }
 };
 

@@ -6,6 +6,7 @@
 #include "engine/ingest/change_writer.h"
 #include "engine/ingest/healing_writer.h"
 #include "engine/ingest/hypotheses.h"
+#include "engine/ingest/lens_refinement.h"
 #include "engine/ingest/photo_placement.h"
 #include "engine/ingest/placement_writer.h"
 #include "engine/ingest/reconstruction_adjustment.h"
@@ -77,9 +78,12 @@ Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image,
 Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction,
                                   WriteScope scope) {
   MapLoader loader(scope.base, parts.features, parts.map);
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                          scope.base->GetReconstruction(reconstruction));
   VEDUTA_ASSIGN_OR_RETURN(
       const Healing healing,
-      AdjustReconstruction({&loader, parts.map, parts.pool, parts.options.mapper}, reconstruction));
+      AdjustReconstruction({&loader, parts.map, parts.pool, parts.options.mapper}, reconstruction,
+                           IsRefinementDue(record) ? Lenses::kRefined : Lenses::kHeld));
   return WriteAdjustedWhole(parts, reconstruction, healing, std::move(scope));
 }
 
@@ -90,6 +94,9 @@ Result<AdjustedWhole> WriteAdjustedWhole(const IngestParts& parts, Reconstructio
   VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   Transaction* const transaction = scope.transaction.get();
+  VEDUTA_ASSIGN_OR_RETURN(
+      const std::vector<ImageId> refined,
+      WriteLenses(*scope.base, reconstruction, healing.lenses, &state, transaction));
   HealingWriter writer(parts, scope, reconstruction, &state);
   VEDUTA_RETURN_IF_ERROR(writer.SplitOff(healing));
   transaction->DeletePointBlocks(reconstruction, record.points_generation);
@@ -98,7 +105,7 @@ Result<AdjustedWhole> WriteAdjustedWhole(const IngestParts& parts, Reconstructio
       WrittenAhead::PointBlocks(parts.database, reconstruction, record.points_generation);
   VEDUTA_RETURN_IF_ERROR(WriteWhole(*parts.map, parts.database, transaction, &record));
   WriteUnplaced(*parts.map, transaction);
-  VEDUTA_RETURN_IF_ERROR(writer.RemoveOutdatedDense(healing));
+  VEDUTA_RETURN_IF_ERROR(writer.RemoveOutdatedDense(healing, refined));
   WritePosesAndObservations(*parts.map, transaction);
   VEDUTA_RETURN_IF_ERROR(submaps.Follow(*parts.map, *scope.base));
   submaps.NoteAdjusted(reconstruction);

@@ -139,8 +139,9 @@ Status HealingWriter::Postpone(const Healing& healing) {
   return Status::Ok();
 }
 
-Status HealingWriter::RemoveOutdatedDense(const Healing& healing) {
-  std::vector<ImageId> moved;
+Status HealingWriter::RemoveOutdatedDense(const Healing& healing,
+                                          std::span<const ImageId> refined) {
+  std::vector<ImageId> moved(refined.begin(), refined.end());
   for (const DoubtedImage& unplaced : healing.unplaced) moved.push_back(unplaced.image);
   for (const std::vector<ImageId>& part : healing.parts)
     moved.insert(moved.end(), part.begin(), part.end());

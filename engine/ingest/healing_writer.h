@@ -33,8 +33,9 @@ class HealingWriter final {
   // Images that lost their poses are tried again at once. One that was doubted before, since a
   // person last did something, waits for a neighbour: placing and doubting it would never end.
   Status Postpone(const Healing& healing);
-  // Deletes what the dense pass has made of images that lost their poses or were split off.
-  Status RemoveOutdatedDense(const Healing& healing);
+  // Deletes what the dense pass has made of images that lost their poses or were split off, and of
+  // those that have another focal length now.
+  Status RemoveOutdatedDense(const Healing& healing, std::span<const ImageId> refined = {});
 
   const AdjustedWhole& adjusted() const { return adjusted_; }
   const std::vector<ReconstructionRecord>& split_off() const { return split_off_; }

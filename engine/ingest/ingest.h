@@ -82,7 +82,7 @@ class Ingest final {
   void TryFailedAgain();
 
  private:
-  Result<AddOutcome> AdmitAndPlace(PreparedPhoto photo, const CameraRecord& camera,
+  Result<AddOutcome> AdmitAndPlace(PreparedPhoto photo, CameraRecord camera,
                                    const std::string& contributor);
   Result<AddOutcome> StoreRejection(const PreparedPhoto& photo, const CameraRecord& camera,
                                     ImageRecord record, WriteScope scope);

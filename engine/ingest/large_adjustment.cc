@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/ingest/due_work.h"
+#include "engine/ingest/lens_refinement.h"
 #include "engine/ingest/reconstruction_adjustment.h"
 #include "engine/ingest/submaps.h"
 
@@ -53,6 +54,13 @@ Status LargeAdjustment::Compute() {
   VEDUTA_ASSIGN_OR_RETURN(found_.healing, AdjustReconstruction({&loader, &found_.map, parts_.pool,
                                                                 parts_.options.mapper},
                                                                reconstruction_));
+  if (!IsRefinementDue(found_.record)) return Status::Ok();
+  WithLenses& other = with_lenses_.emplace();
+  MapLoader other_loader(base, parts_.features, &other.map);
+  VEDUTA_ASSIGN_OR_RETURN(other.healing, AdjustReconstruction({&other_loader, &other.map,
+                                                               parts_.pool, parts_.options.mapper},
+                                                              reconstruction_, Lenses::kRefined));
+  if (other.healing.lenses.empty()) with_lenses_.reset();
   return Status::Ok();
 }
 
@@ -69,7 +77,8 @@ Result<AdjustedWhole> LargeAdjustment::Commit(CityMap* map) {
   if (is_due_anew || !IsUnchanged(found_.record, now))
     return CarryOver(PartsWith(map), found_, std::move(scope));
   map->Clear();  // it holds the poses and points of before
-  return WriteAdjustedWhole(PartsWith(&found_.map), reconstruction_, found_.healing,
+  return WriteAdjustedWhole(PartsWith(with_lenses_ ? &with_lenses_->map : &found_.map),
+                            reconstruction_, with_lenses_ ? with_lenses_->healing : found_.healing,
                             std::move(scope));
 }
 

@@ -7,6 +7,7 @@
 // to the last bit. Otherwise it is carried over (carrying_over.h).
 
 #include <memory>
+#include <optional>
 
 #include "engine/ingest/carrying_over.h"
 #include "engine/ingest/follow_up_steps.h"
@@ -37,7 +38,13 @@ class LargeAdjustment final {
   const IngestParts parts_;
   const ReconstructionId reconstruction_;
   bool is_relaxed_ = false;
-  FoundAdjustment found_;       // otherwise
+  FoundAdjustment found_;  // otherwise
+  // The same with refined lenses, where that is due: taken where nothing has changed meanwhile.
+  struct WithLenses {
+    CityMap map;
+    Healing healing;
+  };
+  std::optional<WithLenses> with_lenses_;
   FoundRelaxation relaxation_;  // where it is relaxed
 };
 

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "engine/ingest/lens_refinement.h"
 #include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/surroundings.h"
 #include "engine/mapping/agreeing_growth.h"
@@ -186,11 +187,17 @@ Healing TakeOut(const MappingContext& context, Healing found) {
   return found;
 }
 
-Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id) {
+Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id,
+                                     Lenses lenses) {
   Region whole;
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadReconstruction(id, &whole.images, context.pool));
   whole.known = whole.images;
-  return AdjustRegion(context, whole);
+  std::vector<RefinedLens> refined;
+  if (lenses == Lenses::kRefined)
+    VEDUTA_ASSIGN_OR_RETURN(refined, RefineLenses(context, whole.images));
+  VEDUTA_ASSIGN_OR_RETURN(Healing healing, AdjustRegion(context, whole));
+  healing.lenses = std::move(refined);
+  return healing;
 }
 
 }  // namespace veduta

@@ -10,6 +10,8 @@
 
 namespace veduta {
 
+enum class Lenses { kHeld, kRefined };
+
 // Loads the images as a region, with the images that see the same points. `with_neighbors` adds the
 // images of the reconstruction that they have verified pairs with: callers ask for these where the
 // reconstruction is too large to be adjusted whole.
@@ -32,6 +34,8 @@ Result<Healing> AdjustRegion(const MappingContext& context, const Region& region
 // once more. Images that see fewer points than a pose needs (observations_min) after all that lose
 // theirs, too. Loads all of it. The frame stays (AdjustBundle). After an error the map may be half
 // changed: the caller clears it.
-Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id);
+// Before all that, focal lengths are refined where `lenses` asks for it (RefineLenses).
+Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id,
+                                     Lenses lenses = Lenses::kHeld);
 
 }  // namespace veduta

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <vector>
 
 #include "engine/mapping/bundle_problem.h"
 #include "engine/mapping/bundle_solver.h"
+#include "engine/mapping/lens_solver.h"
 #include "engine/mapping/similarity.h"
 
 namespace veduta {
@@ -133,6 +135,27 @@ Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_i
   summary.initial_rms_px = rms(solution.initial_cost);
   summary.final_rms_px = rms(solution.final_cost);
   return summary;
+}
+
+Result<std::vector<double>> AdjustBundleWithLenses(CityMap* map, std::span<const ImageId> images,
+                                                   std::span<const PointId> points,
+                                                   const std::map<ImageId, uint32_t>& lens_of,
+                                                   uint32_t lens_count,
+                                                   const BundleOptions& options) {
+  VEDUTA_RETURN_IF_ERROR(options.Check());
+  std::vector<double> factors(lens_count, 1.0);
+  if (images.empty() || points.empty()) return factors;
+  VEDUTA_ASSIGN_OR_RETURN(Excerpt excerpt, MakeExcerpt(*map, images, points));
+  std::vector<std::optional<uint32_t>> lens_of_place;
+  for (const ImageId id : excerpt.images) {
+    const auto lens = lens_of.find(id);
+    lens_of_place.push_back(lens == lens_of.end() ? std::nullopt : std::optional(lens->second));
+  }
+  if (!SolveWithLenses(options, lens_of_place, &excerpt.problem, factors))
+    return Status::InvalidArgument("bundle adjustment with lenses found no usable step");
+  for (const auto& [id, lens] : lens_of) map->ScaleFocal(id, factors[lens]);
+  Apply(map, points, excerpt);
+  return factors;
 }
 
 }  // namespace veduta

@@ -3,7 +3,9 @@
 // Joint least-squares refinement of poses and points in the map (R18); bundle_solver.h solves it.
 
 #include <cstdint>
+#include <map>
 #include <span>
+#include <vector>
 
 #include "engine/mapping/bundle_options.h"
 #include "engine/mapping/city_map.h"
@@ -27,5 +29,15 @@ struct BundleSummary {
 Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_images,
                                    std::span<const PointId> points, const BundleOptions& options,
                                    ThreadPool* pool);
+
+// The same with all images free, where focal lengths are refined, too: `lens_of` says which images
+// have one, and which of them have it in common, by numbers below `lens_count`. Features stay where
+// they are. Returns by how many times each focal length has grown; one that moves is drawn to where
+// it was, as by an observation of one pixel at 3 % of it. On one thread. Errors as above.
+Result<std::vector<double>> AdjustBundleWithLenses(CityMap* map, std::span<const ImageId> images,
+                                                   std::span<const PointId> points,
+                                                   const std::map<ImageId, uint32_t>& lens_of,
+                                                   uint32_t lens_count,
+                                                   const BundleOptions& options);
 
 }  // namespace veduta

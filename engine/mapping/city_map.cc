@@ -140,6 +140,11 @@ void CityMap::PlaceImage(MapImage image) {
   changes_.observations.insert(id);
 }
 
+void CityMap::ScaleFocal(ImageId id, double factor) {
+  Pinhole& camera = MutableImage(id).camera;
+  camera.fx *= factor, camera.fy *= factor;
+}
+
 void CityMap::SetPose(ImageId id, const Rigid3& cam_from_world) {
   MutableImage(id).cam_from_world = cam_from_world;
   changes_.poses.insert(id);

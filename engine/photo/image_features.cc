@@ -43,8 +43,8 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatures::Make(
 Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapshot& snapshot,
                                                                     ImageId id) {
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
+  VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
   const auto load = [&]() -> Result<std::shared_ptr<const ImageFeatures>> {
-    VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
     if (const Status usable = CheckCamera(camera.model); !usable.ok()) {
       return Status::Corruption("family cameras: camera " + std::to_string(camera.id.value) + ": " +
                                 usable.message());
@@ -60,8 +60,16 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapsh
                                std::make_shared<const Features>(std::move(features)),
                                matched_count_max_);
   };
-  return cache_.GetOrMake({id, image.photo}, load,
-                          [](const auto& made) { return made->size_bytes(); });
+  VEDUTA_ASSIGN_OR_RETURN(auto known,
+                          cache_.GetOrMake({id, image.photo}, load,
+                                           [](const auto& made) { return made->size_bytes(); }));
+  if (known->camera.fx == camera.model.fx) return known;
+  // The camera's focal length was refined since, or is another one in this snapshot.
+  auto renewed = std::make_shared<ImageFeatures>(*known);
+  renewed->camera = Pinhole(camera.model);
+  cache_.Erase({id, image.photo});
+  Put(image.photo, renewed);
+  return std::shared_ptr<const ImageFeatures>(std::move(renewed));
 }
 
 Result<std::shared_ptr<const PutativeMatches>> ImageFeatureCache::Match(const Snapshot& snapshot,

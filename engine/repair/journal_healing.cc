@@ -26,7 +26,7 @@ void Remember(const JournalRecord& entry, HealingWork* healing) {
   if (entry.action == "add" && entry.image.valid()) healing->added.insert({entry.image, entry});
   if (entry.action != "camera") return;
   if (const auto camera = ParseCameraEntry(entry.detail))
-    healing->told_cameras.insert({camera->id, *camera});
+    healing->told_cameras.insert_or_assign(camera->id, *camera);  // it may be refined later
 }
 
 JournalRecord LostEntry(uint64_t sequence) {

@@ -26,6 +26,9 @@ struct CameraRecord {
   std::string name;
   CameraModel model;
   std::string source;  // where the intrinsics came from, in words
+  // Whether photos of the city alone have told its lens. Its focal length is then refined with what
+  // they see; otherwise it stays.
+  bool is_refinable = false;
 };
 
 }  // namespace veduta

@@ -40,6 +40,7 @@ Result<std::string> Encode(const CameraRecord& camera) {
     to.setK2(camera.model.k2);
     to.setU0(camera.model.u0);
     to.setV0(camera.model.v0);
+    to.setIsRefinable(camera.is_refinable);
   });
 }
 
@@ -51,6 +52,7 @@ Status Decode(std::string_view value, CameraId id, CameraRecord* camera) {
     camera->model = {from.getWidthPx(), from.getHeightPx(), from.getFx(), from.getFy(),
                      from.getCx(),      from.getCy(),       from.getK1(), from.getK2(),
                      from.getU0(),      from.getV0()};
+    camera->is_refinable = from.getIsRefinable();
     return Damaged(Check(*camera));
   });
 }

@@ -136,6 +136,7 @@ struct Camera {
   k2 @9 :Float64;
   u0 @10 :Float64;
   v0 @11 :Float64;
+  isRefinable @12 :Bool;
 }
 
 struct Image {

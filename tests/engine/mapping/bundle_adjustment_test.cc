@@ -199,6 +199,26 @@ TEST(BundleAdjustment, FindsTheTruthAndKeepsTheFrame) {
   }
 }
 
+TEST(BundleAdjustment, RefinesFocalLengthsThatSeveralImagesHave) {
+  const SyntheticScene scene = MakeScene({});
+  CityMap map = MakeMap(scene);
+  Disturb(&map, 0.02, 3);
+  std::map<ImageId, uint32_t> lens_of;
+  for (const ImageId id : AllImages(map)) {
+    if (id == ImageId(1)) continue;  // its focal length is known
+    lens_of[id] = id.value % 2;
+    map.ScaleFocal(id, id.value % 2 == 0 ? 0.97 : 1.02);
+  }
+  const auto factors = AdjustBundleWithLenses(&map, AllImages(map),
+                                              map.PointsSeenBy(AllImages(map)), lens_of, 2, {});
+  ASSERT_TRUE(factors.ok());
+  EXPECT_NEAR((*factors)[0], 1 / 0.97, 0.002);
+  EXPECT_NEAR((*factors)[1], 1 / 1.02, 0.002);
+  EXPECT_EQ(map.image(ImageId(1)).camera.fx, scene.camera.fx);
+  EXPECT_NEAR(map.image(ImageId(2)).camera.fx, scene.camera.fx, 0.002 * scene.camera.fx);
+  EXPECT_LT(MeanError(map), 0.45);
+}
+
 TEST(BundleAdjustment, HoldsImagesThatAreNotFree) {
   const SyntheticScene scene = MakeScene({});
   CityMap map = MakeMap(scene);

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+// Focal lengths that photos of the city alone have told are refined with the structure. One photo,
+// or a few, tell them to some percent; and a city that began with a wrong one has it everywhere,
+// for later photos are explained by its points. k1 and k2 go with the square and the fourth power
+// of the focal length, so that the photos' features stay where they are, to the last bit of what is
+// stored.
+
+#include <span>
+#include <vector>
+
+#include "engine/ingest/doubt.h"
+#include "engine/ingest/mapping_context.h"
+#include "storage/database.h"
+
+namespace veduta {
+
+// Whether an adjustment of the whole reconstruction refines them: at 12 images, which tell
+// something, then each time that there are half as many more, up to 600, for it costs time; and
+// where it was merged.
+bool IsRefinementDue(const ReconstructionRecord& record);
+
+// Refines them in the map, with all poses and points of the reconstruction, whose images these are;
+// all of it must be loaded. Nothing where no image has a camera that may be refined.
+Result<std::vector<RefinedLens>> RefineLenses(const MappingContext& context,
+                                              std::span<const ImageId> images);
+
+// Writes the refined cameras, each with an entry of the journal. Where images of one have their
+// poses in another reconstruction, too, which knows nothing of it, the side that has fewer of them
+// gets a camera of its own. Returns the images that have another focal length now. Other records of
+// the images that the transaction writes must be written later. O(images of the database).
+Result<std::vector<ImageId>> WriteLenses(const Snapshot& snapshot, ReconstructionId reconstruction,
+                                         std::span<const RefinedLens> lenses, DatabaseState* state,
+                                         Transaction* transaction);
+
+}  // namespace veduta
