@@ -298,7 +298,9 @@ Result<AddOutcome> Ingest::AdmitAndPlace(PreparedPhoto photo, CameraRecord camer
   Stopwatch total;
   WriteScope scope = BeginWrite(parts_.database);
   // It may have been refined since the photo was prepared; its features are the same.
-  if (camera.id.valid()) VEDUTA_ASSIGN_OR_RETURN(camera, scope.base->GetCamera(camera.id));
+  if (camera.id.valid()) {
+    VEDUTA_ASSIGN_OR_RETURN(camera, scope.base->GetCamera(camera.id));
+  }
   VEDUTA_ASSIGN_OR_RETURN(Admission admission, Admit(*scope.base, photo, camera.id, contributor));
   bool is_name_taken = false;
   switch (admission.outcome) {

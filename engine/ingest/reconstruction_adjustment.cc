@@ -193,8 +193,9 @@ Result<Healing> AdjustReconstruction(const MappingContext& context, Reconstructi
   VEDUTA_RETURN_IF_ERROR(context.loader->LoadReconstruction(id, &whole.images, context.pool));
   whole.known = whole.images;
   std::vector<RefinedLens> refined;
-  if (lenses == Lenses::kRefined)
+  if (lenses == Lenses::kRefined) {
     VEDUTA_ASSIGN_OR_RETURN(refined, RefineLenses(context, whole.images));
+  }
   VEDUTA_ASSIGN_OR_RETURN(Healing healing, AdjustRegion(context, whole));
   healing.lenses = std::move(refined);
   return healing;

@@ -77,7 +77,7 @@ void CompareImages(const CheckedCity& city, const ToldByJournal& told, Violation
 }
 
 void CompareRest(const CheckedCity& city, const ToldByJournal& told, Violations* violations) {
-  std::multiset<std::string> names;
+  std::set<std::string> names;
   for (const auto& [id, camera] : city.cameras) names.insert(camera.name);
   violations->Expect(names == told.cameras, "the cameras have other names than the journal says");
   for (const auto& [id, record] : city.reconstructions) {

@@ -24,7 +24,7 @@ struct ToldByJournal {
   std::map<ImageId, Image> images;
   std::set<ImageId> removed;  // images that were there and are not any more
   std::map<ReconstructionId, uint64_t> images_at_adjustment;
-  std::multiset<std::string> cameras;
+  std::set<std::string> cameras;  // names; one is told anew where its lens is refined
   std::optional<uint64_t> images_at_vocabulary;
   bool vocabulary_imported = false;
 
