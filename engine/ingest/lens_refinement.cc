@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "engine/journal/camera_entry.h"
 #include "engine/mapping/bundle_adjustment.h"
@@ -16,6 +17,9 @@ namespace {
 // more.
 constexpr uint32_t kImagesMin = 12, kImagesMax = 600;
 constexpr double kGrowth = 1.5;
+// By how much at least, in the logarithm, a focal length must change that images of other
+// reconstructions rest on.
+constexpr double kChangeMin = 0.003;
 
 CameraModel Scaled(CameraModel model, double factor) {
   model.fx *= factor, model.fy *= factor;
@@ -24,29 +28,66 @@ CameraModel Scaled(CameraModel model, double factor) {
   return model;
 }
 
-// Images of a camera that have a pose: in the reconstruction, and in others.
-struct PlacedImages {
+// Whether the cameras differ by the focal length alone, so that features of their photos are the
+// same: one of them was refined where the other was not.
+bool IsOneLens(const CameraModel& a, const CameraModel& b) {
+  const auto is_near = [](double x, double y) { return std::abs(x - y) <= 1e-9 * std::abs(x); };
+  const CameraModel scaled = Scaled(b, a.fx / b.fx);
+  return a.width_px == b.width_px && a.height_px == b.height_px && a.cx == b.cx && a.cy == b.cy &&
+         a.u0 == b.u0 && a.v0 == b.v0 && is_near(a.k1, scaled.k1) && is_near(a.k2, scaled.k2);
+}
+
+// Cameras that differ by the focal length alone, and where images of them have their poses.
+struct CameraFamily {
+  std::vector<CameraRecord> cameras;  // ascending; the first is the one that is refined
   std::vector<ImageRecord> own, others;
+  std::map<ReconstructionId, uint32_t> other_counts;
+
+  const CameraRecord& main() const { return cameras.front(); }
+  // Whether no other reconstruction has more images of them.
+  bool IsMostlyOwn() const {
+    return std::ranges::all_of(other_counts,
+                               [&](const auto& other) { return other.second <= own.size(); });
+  }
+  // Whether images of the others rest on the focal length that is refined.
+  bool IsShared() const { return std::ranges::count(others, main().id, &ImageRecord::camera) > 0; }
 };
 
-Result<std::map<CameraId, PlacedImages>> ListPlaced(const Snapshot& snapshot,
-                                                    ReconstructionId reconstruction,
-                                                    std::span<const RefinedLens> lenses) {
-  std::map<CameraId, PlacedImages> placed;
-  for (const RefinedLens& lens : lenses) placed[lens.camera];
+// All families of cameras that may be refined, and have images in the reconstruction.
+Result<std::vector<CameraFamily>> ListFamilies(const Snapshot& snapshot, ReconstructionId own) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraRecord> cameras, snapshot.ListCameras());
+  std::vector<CameraFamily> families;
+  std::map<CameraId, size_t> family_of;
+  std::multimap<std::pair<double, double>, size_t> by_center;  // the principal point is kept
+  for (const CameraRecord& camera : cameras) {
+    if (!camera.is_refinable) continue;
+    const std::pair<double, double> center(camera.model.cx, camera.model.cy);
+    const auto [begin, end] = by_center.equal_range(center);
+    const auto known = std::find_if(begin, end, [&](const auto& entry) {
+      return IsOneLens(families[entry.second].main().model, camera.model);
+    });
+    const size_t family = known != end ? known->second : families.size();
+    if (known == end) families.emplace_back();
+    if (known == end) by_center.insert({center, family});
+    families[family].cameras.push_back(camera);
+    family_of[camera.id] = family;
+  }
   Status read = Status::Ok();
   VEDUTA_RETURN_IF_ERROR(snapshot.ScanImages([&](const ImageRecord& image) {
-    const auto of_camera = placed.find(image.camera);
-    if (of_camera == placed.end()) return true;
+    const auto family = family_of.find(image.camera);
+    if (family == family_of.end()) return true;
     const Result<std::optional<PoseRecord>> pose = snapshot.FindPose(image.id);
-    if (!pose.ok()) read = pose.status();
+    read = pose.status();
     if (!pose.ok() || !*pose) return pose.ok();
-    const bool is_own = (*pose)->reconstruction == reconstruction;
-    (is_own ? of_camera->second.own : of_camera->second.others).push_back(image);
+    CameraFamily& of = families[family->second];
+    const bool is_own = (*pose)->reconstruction == own;
+    (is_own ? of.own : of.others).push_back(image);
+    if (!is_own) ++of.other_counts[(*pose)->reconstruction];
     return true;
   }));
   VEDUTA_RETURN_IF_ERROR(read);
-  return placed;
+  std::erase_if(families, [](const CameraFamily& family) { return family.own.empty(); });
+  return families;
 }
 
 // "NAME (2)", or the next number that is free.
@@ -54,6 +95,49 @@ std::string NextName(const std::string& name, std::span<const CameraRecord> know
   for (uint32_t number = 2;; ++number) {
     std::string next = name + " (" + std::to_string(number) + ")";
     if (std::ranges::count(known, next, &CameraRecord::name) == 0) return next;
+  }
+}
+
+// Refines the focal lengths of the families, each of which has one.
+Result<std::vector<RefinedLens>> Refine(const MappingContext& context,
+                                        std::span<const ImageId> images,
+                                        std::span<const CameraFamily> families) {
+  std::map<ImageId, uint32_t> lens_of;
+  std::vector<RefinedLens> lenses;
+  for (const CameraFamily& family : families) {
+    for (const ImageRecord& image : family.own)
+      lens_of[image.id] = static_cast<uint32_t>(lenses.size());
+    lenses.push_back({family.main().id});
+  }
+  if (lenses.empty()) return lenses;
+  VEDUTA_ASSIGN_OR_RETURN(
+      const std::vector<double> factors,
+      AdjustBundleWithLenses(context.map, images, context.map->PointsSeenBy(images), lens_of,
+                             static_cast<uint32_t>(lenses.size()), context.options.global_bundle));
+  for (size_t i = 0; i < lenses.size(); ++i) lenses[i].factor = factors[i];
+  return lenses;
+}
+
+// Gives images of other reconstructions the camera as it was: another one of the family, or a new
+// one.
+void KeepForOthers(CameraFamily* family, std::vector<CameraRecord>* known, DatabaseState* state,
+                   Transaction* transaction) {
+  CameraRecord kept = family->main();
+  const auto same =
+      std::find_if(family->cameras.begin() + 1, family->cameras.end(),
+                   [&](const CameraRecord& camera) { return camera.model == kept.model; });
+  if (same != family->cameras.end()) {
+    kept = *same;
+  } else {
+    kept.id = CameraId(state->next_camera++);
+    kept.name = NextName(kept.name, *known);
+    PutNewCamera(kept, state, transaction);
+    known->push_back(kept);
+  }
+  for (ImageRecord& image : family->others) {
+    if (image.camera != family->main().id) continue;
+    image.camera = kept.id;
+    transaction->PutImage(image);
   }
 }
 
@@ -68,30 +152,33 @@ bool IsRefinementDue(const ReconstructionRecord& record) {
 }
 
 Result<std::vector<RefinedLens>> RefineLenses(const MappingContext& context,
+                                              ReconstructionId reconstruction,
                                               std::span<const ImageId> images) {
-  const Snapshot& snapshot = context.loader->snapshot();
-  std::map<CameraId, bool> is_refinable;
-  std::map<CameraId, uint32_t> number_of;
-  std::map<ImageId, uint32_t> lens_of;
-  std::vector<RefinedLens> lenses;
-  for (const ImageId id : images) {
-    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
-    if (!is_refinable.contains(image.camera)) {
-      VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
-      is_refinable[image.camera] = camera.is_refinable;
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraFamily> families,
+                          ListFamilies(context.loader->snapshot(), reconstruction));
+  std::erase_if(families, [](const CameraFamily& family) { return !family.IsMostlyOwn(); });
+  for (const CameraFamily& family : families) {
+    for (const ImageRecord& image : family.own) {
+      const auto camera = std::ranges::find(family.cameras, image.camera, &CameraRecord::id);
+      context.map->ScaleFocal(image.id, family.main().model.fx / camera->model.fx);
     }
-    if (!is_refinable[image.camera]) continue;
-    const auto [at, is_new] =
-        number_of.try_emplace(image.camera, static_cast<uint32_t>(lenses.size()));
-    if (is_new) lenses.push_back({image.camera});
-    lens_of[id] = at->second;
   }
-  if (lenses.empty()) return lenses;
-  VEDUTA_ASSIGN_OR_RETURN(
-      const std::vector<double> factors,
-      AdjustBundleWithLenses(context.map, images, context.map->PointsSeenBy(images), lens_of,
-                             static_cast<uint32_t>(lenses.size()), context.options.global_bundle));
-  for (size_t i = 0; i < lenses.size(); ++i) lenses[i].factor = factors[i];
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<RefinedLens> lenses, Refine(context, images, families));
+  // Others would need cameras of their own for nothing.
+  bool is_any_held = false;
+  for (size_t i = families.size(); i-- > 0;) {
+    if (!families[i].IsShared() || std::abs(std::log(lenses[i].factor)) >= kChangeMin) continue;
+    for (const ImageRecord& image : families[i].own)
+      context.map->ScaleFocal(image.id, 1 / lenses[i].factor);
+    const bool is_one = std::ranges::all_of(families[i].own, [&](const ImageRecord& image) {
+      return image.camera == families[i].main().id;
+    });
+    if (is_one) families.erase(families.begin() + static_cast<ptrdiff_t>(i));
+    is_any_held = true;
+  }
+  if (is_any_held) {
+    VEDUTA_ASSIGN_OR_RETURN(lenses, Refine(context, images, families));
+  }
   return lenses;
 }
 
@@ -100,27 +187,22 @@ Result<std::vector<ImageId>> WriteLenses(const Snapshot& snapshot, Reconstructio
                                          Transaction* transaction) {
   std::vector<ImageId> changed;
   if (lenses.empty()) return changed;
-  VEDUTA_ASSIGN_OR_RETURN(auto placed, ListPlaced(snapshot, reconstruction, lenses));
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraFamily> families,
+                          ListFamilies(snapshot, reconstruction));
   VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraRecord> known, snapshot.ListCameras());
-  for (const RefinedLens& lens : lenses) {
-    VEDUTA_ASSIGN_OR_RETURN(CameraRecord camera, snapshot.GetCamera(lens.camera));
-    PlacedImages& images = placed[lens.camera];
-    for (const ImageRecord& image : images.own) changed.push_back(image.id);
-    CameraRecord refined = camera;
-    refined.model = Scaled(camera.model, lens.factor);
-    if (!images.others.empty()) {
-      const bool is_main = images.own.size() >= images.others.size();
-      CameraRecord& apart = is_main ? camera : refined;
-      apart.id = CameraId(state->next_camera++);
-      apart.name = NextName(apart.name, known);
-      known.push_back(apart);
-      if (is_main) PutNewCamera(apart, state, transaction);
-      for (ImageRecord& image : is_main ? images.others : images.own) {
-        image.camera = apart.id;
-        transaction->PutImage(image);
-      }
-    }
+  for (CameraFamily& family : families) {
+    const auto lens = std::ranges::find(lenses, family.main().id, &RefinedLens::camera);
+    if (lens == lenses.end()) continue;
+    if (family.IsShared()) KeepForOthers(&family, &known, state, transaction);
+    CameraRecord refined = family.main();
+    refined.model = Scaled(refined.model, lens->factor);
     PutNewCamera(refined, state, transaction);
+    for (ImageRecord& image : family.own) {
+      changed.push_back(image.id);
+      if (image.camera == refined.id) continue;
+      image.camera = refined.id;
+      transaction->PutImage(image);
+    }
   }
   return changed;
 }

@@ -21,14 +21,18 @@ namespace veduta {
 bool IsRefinementDue(const ReconstructionRecord& record);
 
 // Refines them in the map, with all poses and points of the reconstruction, whose images these are;
-// all of it must be loaded. Nothing where no image has a camera that may be refined.
+// all of it must be loaded. Those of cameras that another reconstruction has more images of are
+// held. Cameras that differ by the focal length alone are refined as one. O(images of the database,
+// and the adjustment).
 Result<std::vector<RefinedLens>> RefineLenses(const MappingContext& context,
+                                              ReconstructionId reconstruction,
                                               std::span<const ImageId> images);
 
 // Writes the refined cameras, each with an entry of the journal. Where images of one have their
-// poses in another reconstruction, too, which knows nothing of it, the side that has fewer of them
-// gets a camera of its own. Returns the images that have another focal length now. Other records of
-// the images that the transaction writes must be written later. O(images of the database).
+// poses in another reconstruction, too, whose structure rests on the focal length that was, they
+// get a camera of their own; it becomes one with the other again when the two are merged. Returns
+// the images that have another focal length now. Other records of the images that the transaction
+// writes must be written later. O(images of the database).
 Result<std::vector<ImageId>> WriteLenses(const Snapshot& snapshot, ReconstructionId reconstruction,
                                          std::span<const RefinedLens> lenses, DatabaseState* state,
                                          Transaction* transaction);

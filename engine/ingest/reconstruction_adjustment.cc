@@ -194,7 +194,7 @@ Result<Healing> AdjustReconstruction(const MappingContext& context, Reconstructi
   whole.known = whole.images;
   std::vector<RefinedLens> refined;
   if (lenses == Lenses::kRefined) {
-    VEDUTA_ASSIGN_OR_RETURN(refined, RefineLenses(context, whole.images));
+    VEDUTA_ASSIGN_OR_RETURN(refined, RefineLenses(context, id, whole.images));
   }
   VEDUTA_ASSIGN_OR_RETURN(Healing healing, AdjustRegion(context, whole));
   healing.lenses = std::move(refined);
