@@ -49,6 +49,11 @@ struct CameraFamily {
     return std::ranges::all_of(other_counts,
                                [&](const auto& other) { return other.second <= own.size(); });
   }
+  // Whether its own images have one camera, and none that was kept for others.
+  bool IsOne() const {
+    return std::ranges::all_of(own,
+                               [&](const ImageRecord& image) { return image.camera == main().id; });
+  }
   // Whether images of the others rest on the focal length that is refined.
   bool IsShared() const { return std::ranges::count(others, main().id, &ImageRecord::camera) > 0; }
 };
@@ -163,23 +168,19 @@ Result<std::vector<RefinedLens>> RefineLenses(const MappingContext& context,
       context.map->ScaleFocal(image.id, family.main().model.fx / camera->model.fx);
     }
   }
-  VEDUTA_ASSIGN_OR_RETURN(std::vector<RefinedLens> lenses, Refine(context, images, families));
-  // Others would need cameras of their own for nothing.
-  bool is_any_held = false;
-  for (size_t i = families.size(); i-- > 0;) {
-    if (!families[i].IsShared() || std::abs(std::log(lenses[i].factor)) >= kChangeMin) continue;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<RefinedLens> lenses, Refine(context, images, families));
+  // What hardly changes is held: others would need cameras of their own for nothing.
+  std::vector<CameraFamily> changing;
+  for (size_t i = 0; i < families.size(); ++i) {
+    const bool hardly_changes = std::abs(std::log(lenses[i].factor)) < kChangeMin;
+    if (!hardly_changes || !families[i].IsShared() || !families[i].IsOne())
+      changing.push_back(families[i]);
+  }
+  if (changing.size() == families.size()) return lenses;
+  for (size_t i = 0; i < families.size(); ++i)
     for (const ImageRecord& image : families[i].own)
       context.map->ScaleFocal(image.id, 1 / lenses[i].factor);
-    const bool is_one = std::ranges::all_of(families[i].own, [&](const ImageRecord& image) {
-      return image.camera == families[i].main().id;
-    });
-    if (is_one) families.erase(families.begin() + static_cast<ptrdiff_t>(i));
-    is_any_held = true;
-  }
-  if (is_any_held) {
-    VEDUTA_ASSIGN_OR_RETURN(lenses, Refine(context, images, families));
-  }
-  return lenses;
+  return Refine(context, images, changing);
 }
 
 Result<std::vector<ImageId>> WriteLenses(const Snapshot& snapshot, ReconstructionId reconstruction,
