@@ -59,7 +59,7 @@ TEST(ToldByJournal, NamesCamerasAdjustmentsAndTheVocabulary) {
   EXPECT_EQ(told.ImagesAtAdjustment(ReconstructionId(1)), 3u);
   told.Take(Entry("veduta", "camera", 0, 0, "canon (camera 1): 512x384 450,450,255,191"));
   told.Take(Entry("veduta", "camera", 0, 0, "an older one"));
-  EXPECT_EQ(told.cameras, (std::multiset<std::string>{"an older one", "canon"}));
+  EXPECT_EQ(told.cameras, (std::set<std::string>{"an older one", "canon"}));
   told.Take(Entry("veduta", "adjust", 0, 1, "20 images"));
   EXPECT_EQ(told.ImagesAtAdjustment(ReconstructionId(1)), 20u);
   told.Take(Entry("veduta", "repair", 0, 1, "12 images"));
