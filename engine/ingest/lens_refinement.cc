@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <ranges>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -42,6 +44,7 @@ struct CameraFamily {
   std::vector<CameraRecord> cameras;  // ascending; the first is the one that is refined
   std::vector<ImageRecord> own, others;
   std::map<ReconstructionId, uint32_t> other_counts;
+  std::set<CameraId> used;  // that have an image, with a pose or without
 
   const CameraRecord& main() const { return cameras.front(); }
   // Whether no other reconstruction has more images of them.
@@ -81,6 +84,7 @@ Result<std::vector<CameraFamily>> ListFamilies(const Snapshot& snapshot, Reconst
   VEDUTA_RETURN_IF_ERROR(snapshot.ScanImages([&](const ImageRecord& image) {
     const auto family = family_of.find(image.camera);
     if (family == family_of.end()) return true;
+    families[family->second].used.insert(image.camera);
     const Result<std::optional<PoseRecord>> pose = snapshot.FindPose(image.id);
     read = pose.status();
     if (!pose.ok() || !*pose) return pose.ok();
@@ -123,22 +127,23 @@ Result<std::vector<RefinedLens>> Refine(const MappingContext& context,
   return lenses;
 }
 
-// Gives images of other reconstructions the camera as it was: another one of the family, or a new
-// one.
+// Gives images of other reconstructions the camera as it was: another one of the family that is
+// like that or that no image has any more, or a new one.
 void KeepForOthers(CameraFamily* family, std::vector<CameraRecord>* known, DatabaseState* state,
                    Transaction* transaction) {
   CameraRecord kept = family->main();
-  const auto same =
-      std::find_if(family->cameras.begin() + 1, family->cameras.end(),
-                   [&](const CameraRecord& camera) { return camera.model == kept.model; });
-  if (same != family->cameras.end()) {
-    kept = *same;
-  } else {
-    kept.id = CameraId(state->next_camera++);
-    kept.name = NextName(kept.name, *known);
-    PutNewCamera(kept, state, transaction);
-    known->push_back(kept);
+  const auto others = std::ranges::subrange(family->cameras.begin() + 1, family->cameras.end());
+  auto at = std::ranges::find(others, kept.model, &CameraRecord::model);
+  const bool is_there = at != others.end();
+  if (!is_there) {
+    at = std::ranges::find_if(
+        others, [&](const CameraRecord& camera) { return !family->used.contains(camera.id); });
   }
+  const bool is_new = at == others.end();
+  kept.id = is_new ? CameraId(state->next_camera++) : at->id;
+  kept.name = is_new ? NextName(kept.name, *known) : at->name;
+  if (!is_there) PutNewCamera(kept, state, transaction);
+  if (is_new) known->push_back(kept);
   for (ImageRecord& image : family->others) {
     if (image.camera != family->main().id) continue;
     image.camera = kept.id;

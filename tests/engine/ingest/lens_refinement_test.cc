@@ -116,6 +116,7 @@ TEST(LensRefinement, TheSideWithMostOfTheImagesRefinesTheOthersKeepWhatTheyRestO
   RefineAndWrite(&sides.scene, all);
   EXPECT_EQ(sides.CameraOf(1), CameraId(1));
   EXPECT_EQ(sides.CameraOf(14), CameraId(1));
+  EXPECT_EQ(sides.scene.Snap()->ListCameras()->size(), 2u);
 }
 
 TEST(LensRefinement, TheSideWithFewerOfTheImagesHolds) {
