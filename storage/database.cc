@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/database.h"
 
+#include <condition_variable>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -60,6 +61,7 @@ class DatabaseView final : public Database {
     const std::lock_guard one_at_a_time(reopen_mutex_);
     const std::shared_ptr<DatabaseFiles> closed = files();
     const std::string path = closed->path();
+    const Reopening until_it_ends(this);
     closed->Close(Status::Busy("the database at " + path + " was opened again: ask again"));
     Result<std::shared_ptr<DatabaseFiles>> opened = OpenFiles(path, options_, *claims_);
     if (!opened.ok()) {
@@ -145,8 +147,28 @@ class DatabaseView final : public Database {
   Status PurgeDeleted() override { return PurgeDeletedFrom(*files(), kPurgeWait); }
 
  private:
+  // While it lives, whoever asks for the files waits.
+  class Reopening {
+   public:
+    explicit Reopening(DatabaseView* view) : view_(view) { Set(true); }
+    ~Reopening() {
+      Set(false);
+      view_->reopened_.notify_all();
+    }
+    Reopening(const Reopening&) = delete;
+    Reopening& operator=(const Reopening&) = delete;
+
+   private:
+    void Set(bool is_reopening) {
+      const std::lock_guard lock(view_->files_mutex_);
+      view_->is_reopening_ = is_reopening;
+    }
+    DatabaseView* const view_;
+  };
+
   std::shared_ptr<DatabaseFiles> files() const {
-    const std::lock_guard lock(files_mutex_);
+    std::unique_lock lock(files_mutex_);
+    reopened_.wait(lock, [this] { return !is_reopening_; });
     return files_;
   }
 
@@ -155,6 +177,8 @@ class DatabaseView final : public Database {
   std::mutex reopen_mutex_;
   std::mutex uploads_mutex_;
   mutable std::mutex files_mutex_;
+  mutable std::condition_variable reopened_;
+  bool is_reopening_ = false;             // guarded by files_mutex_
   std::shared_ptr<DatabaseFiles> files_;  // guarded by files_mutex_; never null
 };
 

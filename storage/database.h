@@ -49,8 +49,9 @@ class Database {
   // Closes the files and opens them again, as is necessary after a failed write: all that was
   // acknowledged is there then. Waits for reads and writes that are running, each of which is short
   // (a checkpoint's links, or one family's compaction), not for whoever holds a snapshot or a
-  // transaction. Those made before are of no use afterwards: a scan ends at its next record, and
-  // every function fails with kBusy, "the database was opened again: ask again". Photos written
+  // transaction; all other functions wait for its end. Snapshots and transactions made before are
+  // of no use afterwards: a scan ends at its next record, and every function fails with kBusy, "the
+  // database was opened again: ask again". Photos written
   // ahead stay; what else was written ahead and not committed is deleted. Where opening fails, the
   // database stays closed, every use fails with kBusy and says why, and Reopen may be called again.
   virtual Status Reopen() = 0;

@@ -39,6 +39,14 @@ std::string TagOf(const HttpRequest& request) {
   return sight.sees_hidden ? tag + "-all" : tag;
 }
 
+// A question is asked once more where the files were opened again while it was answered, as by a
+// removal.
+HttpAnswer AnswerOfRoute(Engine* engine, const HttpRequest& request, const RouteMatch& match) {
+  HttpAnswer answer = match.route->answer(engine, request, match.arguments);
+  if (answer.code != 503 || request.method != "GET") return answer;
+  return match.route->answer(engine, request, match.arguments);
+}
+
 // One sample, in the text format of Prometheus.
 std::string Sample(const std::string& name, const std::string& labels, uint64_t value) {
   return name + labels + " " + std::to_string(value) + "\n";
@@ -322,7 +330,7 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
     if (auto refusal = quotas_.TakeReport(request)) return *std::move(refusal);
   }
   if (!route.is_of_snapshot) {
-    HttpAnswer answer = route.answer(engine_.get(), request, match.arguments);
+    HttpAnswer answer = AnswerOfRoute(engine_.get(), request, match);
     if (route.role >= Role::kCurator)  // it may make a token
       gatekeeper_.Look(engine_->Ask()).IgnoreBecause("the next request reads it");
     return answer;
@@ -335,7 +343,7 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
   if (request.if_none_match == tag) {
     answer.code = 304;
   } else {
-    answer = route.answer(engine_.get(), request, match.arguments);
+    answer = AnswerOfRoute(engine_.get(), request, match);
   }
   if (answer.code < 400) answer.headers.emplace_back("ETag", tag);
   return answer;

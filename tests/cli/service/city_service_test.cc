@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: requests are answered from any thread, once each, until the service has gone; events go on
-//   from where they are asked for; a closing service is alive and not ready.
+//   from where they are asked for; a closing service is alive and not ready; while the files are
+//   opened again, questions wait.
 // Method: a database of the test's own, requests as the connections hand them over.
 #include "cli/service/city_service.h"
 
@@ -8,6 +9,8 @@
 
 #include <atomic>
 #include <future>
+#include <stop_token>
+#include <thread>
 
 #include "tests/engine/street_fixture.h"
 #include "tests/option_bounds.h"
@@ -77,6 +80,16 @@ TEST_F(CityServiceTest, AClosingServiceIsAliveAndNotReady) {
   EXPECT_EQ(Ask("GET", {"healthz"}).code, 200u);
   EXPECT_EQ(Ask("GET", {"v1", "cameras", "street"}).code, 200u);
   EXPECT_EQ(Ask("GET", {"v1", "status"}).code, 503u) << "it would have to wait";
+}
+
+TEST_F(CityServiceTest, QuestionsAreAnsweredWhileTheFilesAreOpenedAgain) {
+  std::jthread reopening([&](std::stop_token stop) {
+    while (!stop.stop_requested()) EXPECT_OK(service_->engine()->Reopen());
+  });
+  for (int i = 0; i < 200; ++i) {
+    EXPECT_EQ(Ask("GET", {"v1", "cameras", "street"}).code, 200u) << i << ", a quick one";
+    EXPECT_EQ(Ask("GET", {"v1", "reconstructions"}).code, 200u) << i;
+  }
 }
 
 TEST_F(CityServiceTest, MetricsCountAnswers) {
