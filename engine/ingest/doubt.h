@@ -38,11 +38,11 @@ bool FitsWell(const VisibleStructure& there, const DoubtOptions& options);
 // something here.
 bool IsClearlyBetter(const VisibleStructure& there, const VisibleStructure& here,
                      const DoubtOptions& options);
-// "12 of 46 cells of the picture lack what other photos see there".
 // Whether a view lacks so much of what one other image sees that they show two places
 // (DoubtOptions::mixed_missing_cells_min).
 bool IsOfAnotherPlace(const VisibleStructure& of_one, const DoubtOptions& options);
 
+// "12 of 46 cells of the picture lack what other photos see there".
 std::string MissingText(const VisibleStructure& visible);
 
 struct DoubtedImage {

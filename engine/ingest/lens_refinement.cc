@@ -155,7 +155,7 @@ void KeepForOthers(CameraFamily* family, std::vector<CameraRecord>* known, Datab
 
 bool IsRefinementDue(const ReconstructionRecord& record) {
   if (record.image_count < kImagesMin || record.image_count > kImagesMax) return false;
-  if (record.images_at_adjustment == 0) return false;  // merged, or split: what was believed is asked first
+  if (record.images_at_adjustment == 0) return false;
   for (double step = kImagesMin; step <= record.image_count; step *= kGrowth)
     if (record.images_at_adjustment < step) return true;
   return false;

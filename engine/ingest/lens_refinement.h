@@ -16,8 +16,9 @@
 namespace veduta {
 
 // Whether an adjustment of the whole reconstruction refines them: at 12 images, which tell
-// something, then each time that there are half as many more, up to 600, for it costs time; and
-// where it was merged.
+// something, then each time that there are half as many more, up to 600, for it costs time. Not
+// where the adjustment is due for another reason, as after a merge: what was believed is judged
+// first by the lenses that it was believed with.
 bool IsRefinementDue(const ReconstructionRecord& record);
 
 // Refines them in the map, with all poses and points of the reconstruction, whose images these are;

@@ -88,13 +88,19 @@ TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo
 }
 
 // The record of a verified pair, with a < b and matches ascending in a.
-PairRecord RecordOf(const TwoViewGeometry& geometry, const RankedMatches& ranked, ImageId photo,
-                    ImageId candidate) {
-  PairRecord pair{photo, candidate, geometry.geometry, geometry.b_from_a, {}};
+PairRecord RecordOf(const TwoViewGeometry& geometry, const RankedMatches& ranked,
+                    const ImageFeatures& photo, const ImageFeatures& candidate) {
+  PairRecord pair{.a = photo.id,
+                  .b = candidate.id,
+                  .geometry = geometry.geometry,
+                  .b_from_a = geometry.b_from_a,
+                  .focal_a_px = photo.camera.focal_px(),
+                  .focal_b_px = candidate.camera.focal_px()};
   for (const uint32_t i : geometry.inliers)
     pair.matches.push_back({ranked.matches[i].a, ranked.matches[i].b});
   if (pair.b < pair.a) {
     std::swap(pair.a, pair.b);
+    std::swap(pair.focal_a_px, pair.focal_b_px);
     pair.b_from_a = pair.b_from_a.Inverse();
     for (FeatureMatch& m : pair.matches) std::swap(m.a, m.b);
   }
@@ -137,7 +143,7 @@ PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& can
   verification.outcome = geometry.outcome;
   verification.inlier_count = static_cast<uint32_t>(geometry.inliers.size());
   if (geometry.outcome == TwoViewOutcome::kVerified)
-    verification.pair = RecordOf(geometry, ranked, photo.id, candidate.id);
+    verification.pair = RecordOf(geometry, ranked, photo, candidate);
   verification.verify_ms = watch.LapMs();
   return verification;
 }

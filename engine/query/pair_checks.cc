@@ -29,11 +29,17 @@ struct Sides {
   std::vector<Eigen::Vector2d> a, b;  // where the matches lie, in normalised coordinates
 };
 
+// By how many times the focal length has grown since the pair was verified.
+double Growth(const CheckedCity::Eye& eye, double then_px) {
+  return then_px == 0 ? 1 : eye.camera.focal_px() / then_px;
+}
+
 Sides SidesOf(const PairRecord& pair, const CheckedCity::Eye& a, const CheckedCity::Eye& b) {
+  const double growth_a = Growth(a, pair.focal_a_px), growth_b = Growth(b, pair.focal_b_px);
   Sides x;
   for (const FeatureMatch& m : pair.matches) {
-    x.a.push_back(a.camera.Normalize(Eigen::Vector2d(a.keypoints[m.a].cast<double>())));
-    x.b.push_back(b.camera.Normalize(Eigen::Vector2d(b.keypoints[m.b].cast<double>())));
+    x.a.push_back(growth_a * a.camera.Normalize(Eigen::Vector2d(a.keypoints[m.a].cast<double>())));
+    x.b.push_back(growth_b * b.camera.Normalize(Eigen::Vector2d(b.keypoints[m.b].cast<double>())));
   }
   return x;
 }
@@ -62,8 +68,9 @@ bool IsExplained(const Rigid3& b_from_a, const Eigen::Vector2d& a, const Eigen::
 // Whether all matches are such as the geometry would have been verified by, and whether the
 // geometry is about the best for them.
 bool MatchesFit(const PairRecord& pair, const CheckedCity::Eye& a, const CheckedCity::Eye& b) {
-  const double distance_max =
-      TwoViewOptions().error_px_max / std::min(a.camera.focal_px(), b.camera.focal_px());
+  const double focal_px = std::min(a.camera.focal_px() / Growth(a, pair.focal_a_px),
+                                   b.camera.focal_px() / Growth(b, pair.focal_b_px));
+  const double distance_max = TwoViewOptions().error_px_max / focal_px;
   const double scale = 0.5 * distance_max;  // as in engine/ingest/pair_verifier.cc
   const Sides x = SidesOf(pair, a, b);
   for (size_t i = 0; i < x.a.size(); ++i) {

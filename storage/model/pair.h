@@ -23,6 +23,9 @@ struct PairRecord {
   PairGeometry geometry = PairGeometry::kGeneral;
   Rigid3 b_from_a;                    // translation of unit length
   std::vector<FeatureMatch> matches;  // verified inliers, ascending in a, each feature at most once
+  // Of the cameras when it was verified, for they are refined later: positive, or 0 where an older
+  // program wrote it, which refined none.
+  double focal_a_px = 0, focal_b_px = 0;
 };
 
 struct PairNeighbor {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/records/pair_record.h"
 
+#include <cmath>
+
 #include "storage/records/key_bytes.h"
 #include "storage/records/message.h"
 #include "storage/records/record_parts.h"
@@ -20,6 +22,11 @@ bool Known(PairGeometry geometry) {
       return true;
   }
   return false;
+}
+
+Status CheckFocal(const std::string& name, double focal_px) {
+  if (focal_px >= 0 && std::isfinite(focal_px)) return Status::Ok();
+  return Broken(name, focal_px, "finite, and 0 or more");
 }
 
 std::string EntryKey(PairEntry entry, const std::string& rest) {
@@ -47,6 +54,8 @@ Status Check(const PairRecord& pair) {
   if (!Known(pair.geometry))
     return Broken("pair's geometry", static_cast<uint64_t>(pair.geometry), "a known one");
   VEDUTA_RETURN_IF_ERROR(CheckTransform(pair.b_from_a.rotation, pair.b_from_a.translation));
+  VEDUTA_RETURN_IF_ERROR(CheckFocal("pair's focalAPx", pair.focal_a_px));
+  VEDUTA_RETURN_IF_ERROR(CheckFocal("pair's focalBPx", pair.focal_b_px));
   const auto less = [](const FeatureMatch& x, const FeatureMatch& y) { return x.a < y.a; };
   if (!StrictlyAscending(std::span<const FeatureMatch>(pair.matches), less)) {
     return Broken("order of the matches", "wrong", "strictly ascending in a");
@@ -60,6 +69,8 @@ Result<std::string> Encode(const PairRecord& pair) {
     to.setGeometry(static_cast<uint8_t>(pair.geometry));
     Fill(to.initBFromA(), pair.b_from_a.rotation, pair.b_from_a.translation);
     to.setMatches(AsData(pair.matches));
+    to.setFocalAPx(pair.focal_a_px);
+    to.setFocalBPx(pair.focal_b_px);
   });
 }
 
@@ -70,6 +81,8 @@ Status Decode(std::string_view value, ImageId a, ImageId b, PairRecord* pair) {
     pair->geometry = static_cast<PairGeometry>(from.getGeometry());
     Read(from.getBFromA(), &pair->b_from_a.rotation, &pair->b_from_a.translation);
     if (!CopyRows(from.getMatches(), &pair->matches)) return BadRows("matches");
+    pair->focal_a_px = from.getFocalAPx();
+    pair->focal_b_px = from.getFocalBPx();
     return Damaged(Check(*pair));
   });
 }

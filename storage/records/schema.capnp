@@ -222,6 +222,8 @@ struct Pair {
   geometry @0 :UInt8;
   bFromA @1 :Rigid;
   matches @2 :Data;  # rows: feature in a u32, feature in b u32
+  focalAPx @3 :Float64;
+  focalBPx @4 :Float64;
 }
 
 struct Reconstruction {

@@ -119,6 +119,8 @@ inline PairRecord SamplePair(uint32_t a, uint32_t b, size_t match_count) {
   pair.geometry = PairGeometry::kPlanar;
   pair.b_from_a = SampleRigid(&random);
   for (uint32_t i = 0; i < match_count; ++i) pair.matches.push_back({2 * i, 3 * i + 1});
+  pair.focal_a_px = 1000 + a;
+  pair.focal_b_px = 800;
   return pair;
 }
 

@@ -142,8 +142,8 @@ TEST(LensRefinement, IsDueAsTheReconstructionGrows) {
   EXPECT_FALSE(is_due(26, 18));
   EXPECT_TRUE(is_due(100, 88));
   EXPECT_FALSE(is_due(100, 92));
-  EXPECT_TRUE(is_due(100, 0)) << "merged";
-  EXPECT_FALSE(is_due(601, 0));
+  EXPECT_FALSE(is_due(100, 0)) << "merged";
+  EXPECT_FALSE(is_due(601, 550));
 }
 
 }  // namespace

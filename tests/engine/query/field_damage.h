@@ -49,6 +49,8 @@ inline std::vector<FieldDamage> PairDamages() {
         of_pair([](PairRecord* p) { p->b_from_a.translation *= -1; })},
        {"bFromA: length of the translation",
         of_pair([](PairRecord* p) { p->b_from_a.translation *= 1.01; })},
+       {"focalAPx", of_pair([](PairRecord* p) { p->focal_a_px *= 1.2; })},
+       {"focalBPx", of_pair([](PairRecord* p) { p->focal_b_px *= 1.2; })},
        {"matches: one less", of_pair([](PairRecord* p) { p->matches.pop_back(); })},
        {"matches: b of one", of_pair([](PairRecord* p) {
           std::swap(p->matches[0].b, p->matches[p->matches.size() / 2].b);

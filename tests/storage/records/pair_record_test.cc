@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "storage/records/key_bytes.h"
 #include "tests/storage/records/codec_checks.h"
 
@@ -22,6 +24,8 @@ TEST(PairRecord, RoundTrips) {
     EXPECT_EQ(decoded.b, pair.b);
     EXPECT_EQ(decoded.geometry, pair.geometry);
     EXPECT_EQ(decoded.matches, pair.matches);
+    EXPECT_EQ(decoded.focal_a_px, pair.focal_a_px);
+    EXPECT_EQ(decoded.focal_b_px, pair.focal_b_px);
     EXPECT_EQ(decoded.b_from_a.rotation.coeffs(), pair.b_from_a.rotation.coeffs());
     EXPECT_EQ(decoded.b_from_a.translation, pair.b_from_a.translation);
   }
@@ -41,6 +45,11 @@ TEST(PairRecord, RefusesWhatBreaksARule) {
   pair = SamplePair(1, 2, 3);
   pair.geometry = static_cast<PairGeometry>(9);
   ExpectRefused(pair, "geometry");
+  pair = SamplePair(1, 2, 3);
+  pair.focal_b_px = -1;
+  ExpectRefused(pair, "focalBPx");
+  pair.focal_b_px = std::numeric_limits<double>::infinity();
+  ExpectRefused(pair, "focalBPx");
 }
 
 TEST(PairRecord, DamagedValueIsCorruption) {
