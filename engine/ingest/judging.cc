@@ -126,6 +126,15 @@ Result<Placement> JudgeByLoop(const MappingContext& context, const Side& side,
   return placement;
 }
 
+// The judgment by all that there is; nothing where no image is at the seam.
+Result<Placement> JudgeFrom(const MappingContext& context, const Side& side) {
+  if (side.near.empty()) return Placement();
+  VEDUTA_ASSIGN_OR_RETURN(Placement judged, Judge(context, side));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> all,
+                          context.loader->snapshot().ListHypotheses());
+  return JudgeByLoop(context, side, all, std::move(judged));
+}
+
 std::vector<ImageId> Union(const std::vector<ImageId>& a, const std::vector<ImageId>& b) {
   std::vector<ImageId> both;
   std::ranges::set_union(a, b, std::back_inserter(both));
@@ -218,13 +227,32 @@ struct OtherPlace {
 // never end. Chosen by hand; not measured.
 constexpr size_t kSplitsMax = 4, kUndoneSplitsMax = 2;
 
+// Those of the last fifth of the photos.
+Result<std::vector<ReconstructionId>> ListLateSplits(const Snapshot& base,
+                                                     const DatabaseState& state) {
+  return ListSplitOff(base, state.next_journal, state.retrievable_image_count / 5);
+}
+
 Result<bool> MaySplit(const Snapshot& base, const DatabaseState& state, ReconstructionId from) {
-  VEDUTA_ASSIGN_OR_RETURN(const size_t splits, CountSplits(base, state.next_journal));
-  if (splits >= kSplitsMax) return false;
-  VEDUTA_ASSIGN_OR_RETURN(
-      const size_t undone,
-      CountUndoneSplits(base, state.next_journal, state.retrievable_image_count / 5, from));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionId> now,
+                          ListSplitOff(base, state.next_journal));
+  if (now.size() >= kSplitsMax) return false;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionId> late, ListLateSplits(base, state));
+  VEDUTA_ASSIGN_OR_RETURN(const size_t undone, CountMergedInto(base, late, from));
   return undone < kUndoneSplitsMax;
+}
+
+// Whether the two stay apart until more photos have come: one of them was split off, as were parts
+// before it that a judgment took back. An adjustment and a judgment may disagree, and apart is
+// better than wrong.
+Result<bool> WouldGoRound(const Snapshot& base, const DatabaseState& state,
+                          const HypothesisRecord& hypothesis) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionId> late, ListLateSplits(base, state));
+  const auto is_late = [&](ReconstructionId id) { return std::ranges::count(late, id) > 0; };
+  if (!is_late(hypothesis.a) && !is_late(hypothesis.b)) return false;
+  VEDUTA_ASSIGN_OR_RETURN(const size_t into_a, CountMergedInto(base, late, hypothesis.a));
+  VEDUTA_ASSIGN_OR_RETURN(const size_t into_b, CountMergedInto(base, late, hypothesis.b));
+  return into_a + into_b >= kUndoneSplitsMax;
 }
 
 // Whether one of the two sides of a seam that the pictures refute shows two places, as where photos
@@ -267,21 +295,21 @@ Result<AdjustedWhole> SplitOff(const IngestParts& parts, const OtherPlace& place
 
 Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, ReconstructionId b,
                            WriteScope scope) {
-  VEDUTA_ASSIGN_OR_RETURN(const HypothesisRecord hypothesis, FindHypothesis(*scope.base, a, b));
+  VEDUTA_ASSIGN_OR_RETURN(HypothesisRecord hypothesis, FindHypothesis(*scope.base, a, b));
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   VEDUTA_ASSIGN_OR_RETURN(const Side side, FindSide(*scope.base, hypothesis));
   Transaction* const transaction = scope.transaction.get();
+  VEDUTA_ASSIGN_OR_RETURN(const bool would_go_round, WouldGoRound(*scope.base, state, hypothesis));
+  if (would_go_round) {
+    hypothesis.is_due = false;
+    transaction->PutHypothesis(hypothesis);
+    VEDUTA_RETURN_IF_ERROR(transaction->Commit());
+    return Judgment();
+  }
   parts.TrimMap();
   MapLoader loader(scope.base, parts.features, parts.map);
-  Placement placement;
-  if (!side.near.empty()) {
-    VEDUTA_ASSIGN_OR_RETURN(placement,
-                            Judge({&loader, parts.map, parts.pool, parts.options.mapper}, side));
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> all, scope.base->ListHypotheses());
-    VEDUTA_ASSIGN_OR_RETURN(
-        placement, JudgeByLoop({&loader, parts.map, parts.pool, parts.options.mapper}, side, all,
-                               std::move(placement)));
-  }
+  VEDUTA_ASSIGN_OR_RETURN(Placement placement,
+                          JudgeFrom({&loader, parts.map, parts.pool, parts.options.mapper}, side));
   Judgment judgment;
   if (!placement.merges.empty()) {
     VEDUTA_RETURN_IF_ERROR(

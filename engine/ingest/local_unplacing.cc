@@ -170,20 +170,18 @@ Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_jou
   return doubted;
 }
 
-Result<size_t> CountSplits(const Snapshot& base, uint64_t next_journal) {
-  size_t count = 0;
-  const auto note = [&](const JournalRecord& entry) { count += entry.action == "split" ? 1 : 0; };
-  VEDUTA_RETURN_IF_ERROR(ScanWhatFollowed(base, next_journal, 0, note));
-  return count;
-}
-
-Result<size_t> CountUndoneSplits(const Snapshot& base, uint64_t next_journal, uint32_t photos,
-                                 ReconstructionId into) {
+Result<std::vector<ReconstructionId>> ListSplitOff(const Snapshot& base, uint64_t next_journal,
+                                                   uint32_t photos) {
   std::vector<ReconstructionId> parts;
   const auto note = [&](const JournalRecord& entry) {
     if (entry.action == "split") parts.push_back(entry.reconstruction);
   };
   VEDUTA_RETURN_IF_ERROR(ScanWhatFollowed(base, next_journal, photos, note));
+  return parts;
+}
+
+Result<size_t> CountMergedInto(const Snapshot& base, std::span<const ReconstructionId> parts,
+                               ReconstructionId into) {
   size_t count = 0;
   for (ReconstructionId part : parts) {
     do {

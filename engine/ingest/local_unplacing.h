@@ -38,13 +38,13 @@ Status WriteChangedLocally(const CityMap& map, const Snapshot& snapshot, Transac
 Result<std::set<ImageId>> AlreadyDoubted(const Snapshot& base, uint64_t next_journal,
                                          uint32_t photos = 0);
 
-// How many parts were split off since then. O(the entries read).
-Result<size_t> CountSplits(const Snapshot& base, uint64_t next_journal);
+// The parts that were split off since then, the last one first.
+Result<std::vector<ReconstructionId>> ListSplitOff(const Snapshot& base, uint64_t next_journal,
+                                                   uint32_t photos = 0);
 
-// How many parts that were split off have been merged into this reconstruction, over so many photos
-// that were added. O(the entries read).
-Result<size_t> CountUndoneSplits(const Snapshot& base, uint64_t next_journal, uint32_t photos,
-                                 ReconstructionId into);
+// How many of the parts have been merged into this reconstruction. O(their merges).
+Result<size_t> CountMergedInto(const Snapshot& base, std::span<const ReconstructionId> parts,
+                               ReconstructionId into);
 
 // Postpones images that have just lost their poses, with `detail` as the reason, and has them tried
 // again at once. The images must still be stored.

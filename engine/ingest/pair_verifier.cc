@@ -90,12 +90,13 @@ TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo
 // The record of a verified pair, with a < b and matches ascending in a.
 PairRecord RecordOf(const TwoViewGeometry& geometry, const RankedMatches& ranked,
                     const ImageFeatures& photo, const ImageFeatures& candidate) {
-  PairRecord pair{.a = photo.id,
-                  .b = candidate.id,
-                  .geometry = geometry.geometry,
-                  .b_from_a = geometry.b_from_a,
-                  .focal_a_px = photo.camera.focal_px(),
-                  .focal_b_px = candidate.camera.focal_px()};
+  PairRecord pair{photo.id,
+                  candidate.id,
+                  geometry.geometry,
+                  geometry.b_from_a,
+                  {},
+                  photo.camera.focal_px(),
+                  candidate.camera.focal_px()};
   for (const uint32_t i : geometry.inliers)
     pair.matches.push_back({ranked.matches[i].a, ranked.matches[i].b});
   if (pair.b < pair.a) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: a merge that was not believed is judged anew when what it rests on has changed: it is made
 //   once the evidence allows it, keeps its new votes where it does not, and goes where nothing is
-//   left to judge; the same on any number of threads, and whole or not at all.
+//   left to judge; two that are parted again and again stay apart for now; the same on any number
+//   of threads, and whole or not at all.
 // Method: one synthetic scene stored as two reconstructions, with a hypothesis that they are one;
 //   options that believe nothing, or everything that holds.
 #include "engine/ingest/judging.h"
@@ -10,6 +11,7 @@
 
 #include "engine/ingest/forbidding.h"
 #include "engine/ingest/ingest.h"
+#include "engine/journal/journal.h"
 #include "engine/query/digest.h"
 #include "tests/engine/ingest/scene_database.h"
 #include "tests/storage/fault_file_system.h"
@@ -51,6 +53,25 @@ class Judging : public testing::Test {
     const auto transaction = scene_.database()->BeginTransaction();
     transaction->PutHypothesis(hypothesis);
     ASSERT_OK(transaction->Commit());
+  }
+  void Note(const std::string& action, ReconstructionId about) {
+    const auto transaction = scene_.database()->BeginTransaction();
+    DatabaseState state = scene_.State();
+    AppendJournal({0, 0, "veduta", action, {}, about, ""}, &state, transaction.get());
+    transaction->PutState(state);
+    ASSERT_OK(transaction->Commit());
+  }
+  // A part that was split off, and merged since where `into` is given.
+  void NoteSplit(ReconstructionId part, ReconstructionId into) {
+    if (into.valid()) {
+      const auto transaction = scene_.database()->BeginTransaction();
+      ReconstructionRecord record;
+      record.id = part;
+      record.merged_into = into;
+      transaction->PutReconstruction(record);
+      ASSERT_OK(transaction->Commit());
+    }
+    Note("split", part);
   }
   std::optional<HypothesisRecord> Stored() {
     const auto all = scene_.Snap()->ListHypotheses();
@@ -121,6 +142,18 @@ TEST_F(Judging, TheMergeIsMadeOnceTheEvidenceAllowsIt) {
   }));
   EXPECT_EQ(judged, 1u);
   EXPECT_TRUE(IsSound());
+}
+
+TEST_F(Judging, TwoThatWerePartedAgainAndAgainStayApartForNow) {
+  for (const ReconstructionId part : {ReconstructionId(3), ReconstructionId(4), kSecond})
+    NoteSplit(part, part == kSecond ? ReconstructionId() : kFirst);
+  EXPECT_EQ(Settle(Believing()).size(), 1u);
+  ASSERT_TRUE(Stored());
+  EXPECT_FALSE(Stored()->is_due);
+  for (int i = 0; i < 2; ++i) Note("add", {});
+  Put({ImageId(4), ImageId(5)}, true);
+  EXPECT_FALSE(Settle(Believing()).empty());
+  EXPECT_FALSE(Stored()) << "photos have come since";
 }
 
 TEST_F(Judging, WhoStandsOnEitherSideIsUnsureWhereThePlacesAreToldApart) {

@@ -34,7 +34,8 @@ class WhatFollowed : public testing::Test {
 
   uint64_t Next() { return scene_.State().next_journal; }
   size_t Undone(uint32_t photos, ReconstructionId into) {
-    const auto count = CountUndoneSplits(*scene_.Snap(), Next(), photos, into);
+    const auto count =
+        CountMergedInto(*scene_.Snap(), *ListSplitOff(*scene_.Snap(), Next(), photos), into);
     EXPECT_OK(count);
     return count.ok() ? *count : 99;
   }
@@ -52,7 +53,7 @@ TEST_F(WhatFollowed, DoubtsAndSplitsAreCountedUpToWhatPeopleDid) {
   const auto snapshot = scene_.Snap();
   EXPECT_EQ(*AlreadyDoubted(*snapshot, Next()), std::set<ImageId>{ImageId(5)});
   EXPECT_EQ(*AlreadyDoubted(*snapshot, Next(), 1), (std::set{ImageId(4), ImageId(5)}));
-  EXPECT_EQ(*CountSplits(*snapshot, Next()), 2u);
+  EXPECT_EQ(ListSplitOff(*snapshot, Next())->size(), 2u);
 }
 
 TEST_F(WhatFollowed, ASplitIsUndoneOnceItsPartCameBack) {
