@@ -44,6 +44,23 @@ bool IsNarrow(const MapImage& view, const MapImage& other, std::span<const Featu
   return SpreadPx(in_view) < share * view.width_px || SpreadPx(in_other) < share * other.width_px;
 }
 
+// The rotation that the pair by itself has found, by the focal lengths of now: anew from its matches
+// where a lens was refined since.
+Eigen::Quaterniond RotationOf(const PairMatches& pair, const MapImage& view,
+                              const MapImage& other) {
+  const double focal_px = view.camera.focal_px(), other_focal_px = other.camera.focal_px();
+  const bool is_of_now = pair.focal_photo_px == 0 || (pair.focal_photo_px == focal_px &&
+                                                      pair.focal_other_px == other_focal_px);
+  if (is_of_now) return pair.other_from_photo.rotation;
+  std::vector<Eigen::Vector2d> x, x_other;
+  for (const FeatureMatch& match : pair.matches) {
+    x.push_back(view.camera.Normalize(view.features->keypoints[match.a]));
+    x_other.push_back(other.camera.Normalize(other.features->keypoints[match.b]));
+  }
+  const double scale = 0.5 * TwoViewOptions().error_px_max / std::min(focal_px, other_focal_px);
+  return RefineTwoView(pair.other_from_photo, x, x_other, scale).rotation;
+}
+
 }  // namespace
 
 Status AgreementOptions::Check() const {
@@ -85,7 +102,7 @@ bool IsTurned(const MapImage& view, const MapImage& other, const PairMatches& pa
     return false;
   const double angle_max =
       std::max(options.rotation_deg_max * kRadPerDeg, options.rotation_px_max / focal_px);
-  const double angle = other_from_view.rotation.angularDistance(pair.other_from_photo.rotation);
+  const double angle = other_from_view.rotation.angularDistance(RotationOf(pair, view, other));
   return angle > angle_max && (angle > options.rotation_narrow_factor * angle_max ||
                                !IsNarrow(view, other, pair.matches, options.rotation_narrow_share));
 }

@@ -7,8 +7,14 @@
 namespace veduta {
 
 PairMatches MatchesFrom(const PairRecord& pair, ImageId image) {
-  PairMatches seen{image == pair.a ? pair.b : pair.a, pair.geometry, pair.b_from_a, pair.matches};
+  PairMatches seen{image == pair.a ? pair.b : pair.a,
+                   pair.geometry,
+                   pair.b_from_a,
+                   pair.matches,
+                   pair.focal_a_px,
+                   pair.focal_b_px};
   if (image == pair.b) {
+    std::swap(seen.focal_photo_px, seen.focal_other_px);
     seen.other_from_photo = pair.b_from_a.Inverse();
     for (FeatureMatch& match : seen.matches) std::swap(match.a, match.b);
   }
@@ -16,9 +22,16 @@ PairMatches MatchesFrom(const PairRecord& pair, ImageId image) {
 }
 
 PairRecord RecordOf(const PairMatches& pair, ImageId photo) {
-  PairRecord record{photo, pair.other, pair.geometry, pair.other_from_photo, pair.matches};
+  PairRecord record{photo,
+                    pair.other,
+                    pair.geometry,
+                    pair.other_from_photo,
+                    pair.matches,
+                    pair.focal_photo_px,
+                    pair.focal_other_px};
   if (pair.other < photo) {
     std::swap(record.a, record.b);
+    std::swap(record.focal_a_px, record.focal_b_px);
     record.b_from_a = record.b_from_a.Inverse();
     for (FeatureMatch& match : record.matches) std::swap(match.a, match.b);
   }
