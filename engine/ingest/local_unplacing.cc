@@ -64,8 +64,9 @@ class Unplacer final {
 // so many photos that were added are passed over.
 Status ScanWhatFollowed(const Snapshot& base, uint64_t next_journal, uint32_t photos,
                         const std::function<void(const JournalRecord&)>& read) {
-  static constexpr std::string_view kFollowing[] = {
-      "adjust", "doubt", "hypothesis", "judge", "merge", "propagate", "split", "vocabulary"};
+  static constexpr std::string_view kFollowing[] = {"adjust",     "camera", "doubt",
+                                                    "hypothesis", "judge",  "merge",
+                                                    "propagate",  "split",  "vocabulary"};
   for (uint64_t sequence = next_journal - 1; sequence > 0; --sequence) {
     JournalRecord entry;
     VEDUTA_RETURN_IF_ERROR(base.ScanJournal(sequence, [&](const JournalRecord& record) {

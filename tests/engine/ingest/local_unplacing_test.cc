@@ -48,6 +48,7 @@ TEST_F(WhatFollowed, DoubtsAndSplitsAreCountedUpToWhatPeopleDid) {
   Split(ReconstructionId(2));
   Add();
   Note("doubt", ImageId(5), {});
+  Note("camera", {}, {});  // of a stranger's photo, or a refined one
   Split(ReconstructionId(3));
   Split(ReconstructionId(4));
   const auto snapshot = scene_.Snap();
