@@ -48,8 +48,7 @@ std::optional<HttpAnswer> Gatekeeper::Refuse(const Engine& engine, const CityRou
     return AskForToken("send a token, as the header 'Authorization: Bearer TOKEN'");
   auto token = engine.Ask().CheckToken(request->token);
   // The files were opened again while it was read, as by a removal.
-  if (token.status().code() == StatusCode::kBusy)
-    token = engine.Ask().CheckToken(request->token);
+  if (token.status().code() == StatusCode::kBusy) token = engine.Ask().CheckToken(request->token);
   if (!token.ok()) return ProblemOf(token.status());
   if (!*token) return AskForToken("the token is none, has expired, or was revoked");
   if (route.is_for_owner_alone)

@@ -44,13 +44,13 @@ bool IsNarrow(const MapImage& view, const MapImage& other, std::span<const Featu
   return SpreadPx(in_view) < share * view.width_px || SpreadPx(in_other) < share * other.width_px;
 }
 
-// The rotation that the pair by itself has found, by the focal lengths of now: anew from its matches
-// where a lens was refined since.
+// The rotation that the pair by itself has found, by the focal lengths of now: anew from its
+// matches where a lens was refined since.
 Eigen::Quaterniond RotationOf(const PairMatches& pair, const MapImage& view,
                               const MapImage& other) {
   const double focal_px = view.camera.focal_px(), other_focal_px = other.camera.focal_px();
-  const bool is_of_now = pair.focal_photo_px == 0 || (pair.focal_photo_px == focal_px &&
-                                                      pair.focal_other_px == other_focal_px);
+  const bool is_of_now = pair.focal_photo_px == 0 ||
+                         (pair.focal_photo_px == focal_px && pair.focal_other_px == other_focal_px);
   if (is_of_now) return pair.other_from_photo.rotation;
   std::vector<Eigen::Vector2d> x, x_other;
   for (const FeatureMatch& match : pair.matches) {

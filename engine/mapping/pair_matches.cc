@@ -22,13 +22,8 @@ PairMatches MatchesFrom(const PairRecord& pair, ImageId image) {
 }
 
 PairRecord RecordOf(const PairMatches& pair, ImageId photo) {
-  PairRecord record{photo,
-                    pair.other,
-                    pair.geometry,
-                    pair.other_from_photo,
-                    pair.matches,
-                    pair.focal_photo_px,
-                    pair.focal_other_px};
+  PairRecord record{photo,        pair.other,          pair.geometry,      pair.other_from_photo,
+                    pair.matches, pair.focal_photo_px, pair.focal_other_px};
   if (pair.other < photo) {
     std::swap(record.a, record.b);
     std::swap(record.focal_a_px, record.focal_b_px);
