@@ -126,8 +126,10 @@ Status AddImage(const Snapshot& snapshot, const ImageRecord& image, uint32_t gen
   for (const PairNeighbor& neighbor : neighbors) {
     if (neighbor.image < image.id) continue;
     VEDUTA_ASSIGN_OR_RETURN(const PairRecord pair, snapshot.GetPair(image.id, neighbor.image));
-    *feed << pair.a << pair.b << pair.geometry << pair.b_from_a << pair.focal_a_px
-          << pair.focal_b_px << static_cast<uint64_t>(pair.matches.size());
+    *feed << pair.a << pair.b << pair.geometry << pair.b_from_a
+          << static_cast<uint64_t>(pair.matches.size());
+    // A pair of an older program keeps the digest that this gave.
+    if (pair.focal_a_px != 0) *feed << pair.focal_a_px << pair.focal_b_px;
     for (const FeatureMatch& match : pair.matches) *feed << match.a << match.b;
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
