@@ -151,8 +151,7 @@ Result<std::vector<double>> AdjustBundleWithLenses(CityMap* map, std::span<const
     const auto lens = lens_of.find(id);
     lens_of_place.push_back(lens == lens_of.end() ? std::nullopt : std::optional(lens->second));
   }
-  if (!SolveWithLenses(options, lens_of_place, &excerpt.problem, factors))
-    return Status::InvalidArgument("bundle adjustment with lenses found no usable step");
+  if (!SolveWithLenses(options, lens_of_place, &excerpt.problem, factors)) return factors;
   for (const auto& [id, lens] : lens_of) map->ScaleFocal(id, factors[lens]);
   Apply(map, points, excerpt);
   return factors;

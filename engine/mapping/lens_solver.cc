@@ -14,6 +14,9 @@ namespace {
 // What a focal length is drawn to where it was by, over itself. Chosen by hand: what one photo
 // tells is off by 2 % and more, and what photos in a row tell is little at first.
 constexpr double kFocalShare = 0.03;
+// The logarithm of a factor is at most so large: what goes further is no lens that is seen better.
+// Chosen by hand.
+constexpr double kLogFactorMax = 0.25;
 // Steps tried. Chosen by hand.
 constexpr int kIterationsMax = 30;
 
@@ -108,6 +111,8 @@ bool SolveWithLenses(const BundleOptions& options, std::span<const std::optional
   for (size_t i = 0; i < factors.size(); ++i) {
     ceres_problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PriorCost, 1, 1>(new PriorCost),
                                    nullptr, &values.logs[i]);
+    ceres_problem.SetParameterLowerBound(&values.logs[i], 0, -kLogFactorMax);
+    ceres_problem.SetParameterUpperBound(&values.logs[i], 0, kLogFactorMax);
   }
 
   ceres::Solver::Options solver;

@@ -14,9 +14,10 @@
 namespace veduta {
 
 // Refines all poses but the last one, all points, and the focal lengths: `lens_of` says which of
-// them an image has, if it is to be refined. `factors` are by how many times they grow. With
-// Cauchy's loss of the options. Where it fails (false) nothing is changed. Deterministic, on one
-// thread. O(iterations * (observations + images^3)), and less for images in a row.
+// them an image has, if it is to be refined. `factors` are by how many times they grow, from 0.78
+// to 1.28. With Cauchy's loss of the options. Where it fails (false) nothing is changed.
+// Deterministic, on one thread. O(iterations * (observations + images^3)), and less for images in a
+// row.
 bool SolveWithLenses(const BundleOptions& options, std::span<const std::optional<uint32_t>> lens_of,
                      BundleProblem* problem, std::span<double> factors);
 
