@@ -125,6 +125,8 @@ Result<AdjustedWhole> WriteAdjustedWhole(const IngestParts& parts, Reconstructio
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   parts.map->ClearChanges();
+  // Refined focal lengths in it may differ from those stored by rounding.
+  if (!refined.empty()) parts.map->Clear();
   return writer.adjusted();
 }
 

@@ -107,7 +107,8 @@ bool SolveWithLenses(const BundleOptions& options, std::span<const std::optional
   }
   ceres_problem.SetParameterBlockConstant(values.poses.back().data());
   for (Eigen::Vector3d& point : values.points) ordering->AddElementToGroup(point.data(), 0);
-  for (double& log : values.logs) ordering->AddElementToGroup(&log, 1);
+  // A group of their own: within one, Ceres goes by the addresses, and those are not always alike.
+  for (double& log : values.logs) ordering->AddElementToGroup(&log, 2);
   for (size_t i = 0; i < factors.size(); ++i) {
     ceres_problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PriorCost, 1, 1>(new PriorCost),
                                    nullptr, &values.logs[i]);

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <future>
 #include <stop_token>
 #include <thread>
@@ -86,9 +87,12 @@ TEST_F(CityServiceTest, AClosingServiceIsAliveAndNotReady) {
 
 TEST_F(CityServiceTest, QuestionsAreAnsweredWhileTheFilesAreOpenedAgain) {
   std::jthread reopening([&](std::stop_token stop) {
-    while (!stop.stop_requested()) EXPECT_OK(engine_->Reopen());
+    while (!stop.stop_requested()) {
+      EXPECT_OK(engine_->Reopen());
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
   });
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 50; ++i) {
     EXPECT_EQ(Ask("GET", {"v1", "cameras", "street"}).code, 200u) << i << ", a quick one";
     EXPECT_EQ(Ask("GET", {"v1", "reconstructions"}).code, 200u) << i;
   }
