@@ -21,7 +21,7 @@ struct Judgment {
 // images on the wrong side of the seam (misplaced.h) lose their poses and are tried again, each
 // only once while a fifth of the photos come (AlreadyDoubted). Nor is anything judged where one of
 // the two was split off while such a fifth came, as were two parts before it that were merged back:
-// they stay apart for now. Where too few points agree with any similarity, the similarity of the
+// they stay apart until more have come. Where too few points agree with any similarity, that of the
 // hypothesis is judged. Deletes the hypothesis where no image at the seam has a pose in `a` or `b`
 // any more, or no verified pair leads across. Costs as much as the search of a photo for a merge
 // and a resection of each image at the seam; a merge moves the smaller reconstruction besides.

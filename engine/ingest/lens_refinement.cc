@@ -30,6 +30,11 @@ CameraModel Scaled(CameraModel model, double factor) {
   return model;
 }
 
+// What the name of a camera begins with that was kept for others, before its number.
+std::string KeptNamePrefix(const std::string& name) {
+  return name + " (";
+}
+
 // Whether the cameras differ by the focal length alone, so that features of their photos are the
 // same: one of them was refined where the other was not.
 bool IsOneLens(const CameraModel& a, const CameraModel& b) {
@@ -72,7 +77,9 @@ Result<std::vector<CameraFamily>> ListFamilies(const Snapshot& snapshot, Reconst
     const std::pair<double, double> center(camera.model.cx, camera.model.cy);
     const auto [begin, end] = by_center.equal_range(center);
     const auto known = std::find_if(begin, end, [&](const auto& entry) {
-      return IsOneLens(families[entry.second].main().model, camera.model);
+      const CameraRecord& main = families[entry.second].main();
+      return camera.name.starts_with(KeptNamePrefix(main.name)) &&
+             IsOneLens(main.model, camera.model);
     });
     const size_t family = known != end ? known->second : families.size();
     if (known == end) families.emplace_back();
@@ -102,7 +109,7 @@ Result<std::vector<CameraFamily>> ListFamilies(const Snapshot& snapshot, Reconst
 // "NAME (2)", or the next number that is free.
 std::string NextName(const std::string& name, std::span<const CameraRecord> known) {
   for (uint32_t number = 2;; ++number) {
-    std::string next = name + " (" + std::to_string(number) + ")";
+    std::string next = KeptNamePrefix(name) + std::to_string(number) + ")";
     if (std::ranges::count(known, next, &CameraRecord::name) == 0) return next;
   }
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: a merge that was not believed is judged anew when what it rests on has changed: it is made
 //   once the evidence allows it, keeps its new votes where it does not, and goes where nothing is
-//   left to judge; two that are parted again and again stay apart for now; the same on any number
-//   of threads, and whole or not at all.
+//   left to judge; two that are parted again and again stay apart until more photos come; the same
+//   on any number of threads, and whole or not at all.
 // Method: one synthetic scene stored as two reconstructions, with a hypothesis that they are one;
 //   options that believe nothing, or everything that holds.
 #include "engine/ingest/judging.h"
@@ -144,7 +144,7 @@ TEST_F(Judging, TheMergeIsMadeOnceTheEvidenceAllowsIt) {
   EXPECT_TRUE(IsSound());
 }
 
-TEST_F(Judging, TwoThatWerePartedAgainAndAgainStayApartForNow) {
+TEST_F(Judging, TwoThatWerePartedAgainAndAgainStayApartUntilPhotosCome) {
   for (const ReconstructionId part : {ReconstructionId(3), ReconstructionId(4), kSecond})
     NoteSplit(part, part == kSecond ? ReconstructionId() : kFirst);
   EXPECT_EQ(Settle(Believing()).size(), 1u);
