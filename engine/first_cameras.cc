@@ -17,8 +17,10 @@ namespace veduta {
 namespace {
 
 // Standard deviation of the focal length over itself, up to which a city begins with a camera:
-// without one it cannot begin. Chosen by hand; not measured.
-constexpr double kFocalShareMax = 0.01;
+// without one it cannot begin. Where none of several cameras is known as well, as of tourists'
+// photos, all of them are taken that are known to the second: what grows on them refines them
+// (lens_refinement.h). Chosen by hand; not measured.
+constexpr double kFocalShareMax = 0.01, kRoughFocalShareMax = 0.03;
 // Pixels: photos of one size that several cameras took fit a common one worse. Chosen by hand; not
 // measured.
 constexpr double kErrorPxMax = 1.5;
@@ -80,24 +82,49 @@ Result<std::string> Add(EngineParts* parts, const Group& group, const Calibratio
   }
 }
 
-// The camera of the group, which is stored and named to its photos, or why there is none.
-Result<FirstCamera> Found(EngineParts* parts, const Group& group, const Result<Calibration>& made,
-                          std::span<PhotoSubmission> photos) {
-  FirstCamera first;
-  first.photos = static_cast<uint32_t>(group.photos.size());
+// What photos say of the camera of a group, and whether it does.
+struct Judged {
+  const Group* group = nullptr;
+  std::optional<Calibration> made;
+  std::string why_not;  // where there is none
+};
+
+Judged Judge(const Group& group, const Result<Calibration>& made, double focal_share_max) {
+  Judged judged{&group, {}, {}};
   if (!made.ok()) {
-    first.why_not = made.status().message();
-  } else if (made->Sigma(0) > kFocalShareMax * made->model.fx) {
-    first.why_not = made->warnings.back().text;
+    judged.why_not = made.status().message();
+  } else if (made->Sigma(0) > focal_share_max * made->model.fx) {
+    judged.why_not = made->warnings.back().text;
   } else if (made->error_px_rms > kErrorPxMax) {
-    first.why_not = "no one camera explains them; name the camera of each";
+    judged.why_not = "no one camera explains them; name the camera of each";
+  } else {
+    judged.made = *made;
   }
-  if (!first.why_not.empty()) return first;
-  VEDUTA_ASSIGN_OR_RETURN(first.name, Add(parts, group, *made));
-  first.model = made->model;
-  first.focal_stddev_share = made->Sigma(0) / made->model.fx;
-  for (const size_t i : group.photos) photos[i].camera = first.name;
-  return first;
+  return judged;
+}
+
+// The photos that were used of cameras that are known.
+size_t CountUsed(std::span<const Judged> judged) {
+  size_t count = 0;
+  for (const Judged& one : judged) count += one.made ? one.made->UsedPhotoCount() : 0;
+  return count;
+}
+
+// Stores the cameras that are known, and names them to the photos of their groups.
+Result<std::vector<FirstCamera>> Store(EngineParts* parts, std::span<const Judged> judged,
+                                       std::span<PhotoSubmission> photos) {
+  std::vector<FirstCamera> stored;
+  for (const Judged& one : judged) {
+    FirstCamera& first = stored.emplace_back();
+    first.photos = static_cast<uint32_t>(one.group->photos.size());
+    first.why_not = one.why_not;
+    if (!one.made) continue;
+    VEDUTA_ASSIGN_OR_RETURN(first.name, Add(parts, *one.group, *one.made));
+    first.model = one.made->model;
+    first.focal_stddev_share = one.made->Sigma(0) / one.made->model.fx;
+    for (const size_t i : one.group->photos) photos[i].camera = first.name;
+  }
+  return stored;
 }
 
 // What all groups have in common.
@@ -121,21 +148,21 @@ std::vector<size_t> ChoosePhotos(const Calibrating& all, const std::vector<size_
   return all.alike ? all.alike->Choose(photos, all.options().photos_max) : photos;
 }
 
-Result<FirstCamera> CalibrateGroup(const Calibrating& all, const Group& group,
-                                   const std::vector<size_t>& chosen) {
+Result<Judged> CalibrateGroup(const Calibrating& all, const Group& group,
+                              const std::vector<size_t>& chosen) {
   SceneCalibrationOptions options = all.options();
   options.told_focal_shares = {group.focal_share};
   std::vector<PhotoSource> sources;
   for (const size_t photo : chosen) sources.push_back(all.photos[photo].photo);
   const Result<Calibration> made = CalibrateByScene(sources, all.thread_count(), all.stop, options);
   if (made.status().code() == StatusCode::kCancelled) return made.status();
-  return Found(all.parts, group, made, all.photos);
+  return Judge(group, made, kFocalShareMax);
 }
 
 // The cameras of photos of which no group tells its own alone: what they see of one place together
 // says what each of them is.
-Result<std::vector<FirstCamera>> CalibrateTogether(const Calibrating& all,
-                                                   std::span<const Group> groups) {
+Result<std::vector<Judged>> CalibrateTogether(const Calibrating& all,
+                                              std::span<const Group> groups) {
   SceneCalibrationOptions options = all.options();
   std::vector<size_t> photos;
   std::map<size_t, size_t> group_of;
@@ -162,19 +189,21 @@ Result<std::vector<FirstCamera>> CalibrateTogether(const Calibrating& all,
   const auto made =
       CalibrateCamerasByScene(sources, cameras, all.thread_count(), all.stop, options);
   if (made.status().code() == StatusCode::kCancelled) return made.status();
-  std::vector<FirstCamera> found;
+  const bool is_any_known_well =
+      made.ok() && std::ranges::any_of(*made, [](const Result<Calibration>& one) {
+        return one.ok() && one->Sigma(0) <= kFocalShareMax * one->model.fx;
+      });
+  const double focal_share_max = is_any_known_well ? kFocalShareMax : kRoughFocalShareMax;
+  std::vector<Judged> judged;
   for (size_t g = 0; g < groups.size(); ++g) {
     const auto number = numbers.find(g);
     if (!made.ok()) {
-      found.emplace_back().photos = static_cast<uint32_t>(groups[g].photos.size());
-      found.back().why_not = made.status().message();
+      judged.push_back({&groups[g], {}, made.status().message()});
     } else if (number != numbers.end()) {
-      VEDUTA_ASSIGN_OR_RETURN(FirstCamera one,
-                              Found(all.parts, groups[g], (*made)[number->second], all.photos));
-      found.push_back(std::move(one));
+      judged.push_back(Judge(groups[g], (*made)[number->second], focal_share_max));
     }
   }
-  return found;
+  return judged;
 }
 
 // Photos that tell nothing were perhaps taken by many cameras though they have one size: each by
@@ -210,8 +239,52 @@ Result<size_t> LookWhereMany(std::span<const Group> groups, Calibrating* all) {
   return count;
 }
 
-bool IsAnyKnown(std::span<const FirstCamera> cameras) {
-  return std::ranges::any_of(cameras, [](const FirstCamera& one) { return !one.name.empty(); });
+// Whether nothing better is sought: one that says its name is known, or `used_min` photos that were
+// used have a camera. Photos of one size that say nothing may be of many cameras, and a few of them
+// fit a common one by chance.
+bool IsSettled(std::span<const Judged> judged, size_t used_min) {
+  return CountUsed(judged) >= used_min || std::ranges::any_of(judged, [](const Judged& one) {
+           return one.made && !one.group->name.empty();
+         });
+}
+
+// Each group by itself that has photos enough, and that looks like one place.
+Result<std::vector<Judged>> CalibrateEach(const Calibrating& all, std::span<const Group> groups) {
+  const size_t images_min = all.options().images_min;
+  std::vector<Judged> judged;
+  for (const Group& group : groups) {
+    if (group.photos.size() < images_min) continue;
+    const std::vector<size_t> chosen = ChoosePhotos(all, group.photos);
+    // What does not look alike is tried together with the others.
+    if (chosen.size() < images_min && groups.size() > 1) continue;
+    VEDUTA_ASSIGN_OR_RETURN(
+        Judged one, CalibrateGroup(all, group, chosen.size() < images_min ? group.photos : chosen));
+    judged.push_back(std::move(one));
+  }
+  return judged;
+}
+
+// The cameras by each group for itself, by all groups together, or by each photo that says nothing
+// for itself: the first that settles it, or the one that explains most photos. `split` receives the
+// groups of the last.
+Result<std::vector<Judged>> CalibrateBest(const Calibrating& all, std::span<const Group> groups,
+                                          size_t photo_count, std::vector<Group>* split) {
+  const size_t used_min = std::min<size_t>(photo_count, all.options().photos_max) / 2;
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<Judged> best, CalibrateEach(all, groups));
+  if (IsSettled(best, used_min) || photo_count < all.options().images_min) return best;
+  const auto is_better = [&](const std::vector<Judged>& other) {
+    return CountUsed(other) > CountUsed(best) || (best.empty() && !other.empty());
+  };
+  if (groups.size() > 1) {
+    VEDUTA_ASSIGN_OR_RETURN(std::vector<Judged> together, CalibrateTogether(all, groups));
+    if (is_better(together)) best = std::move(together);
+    if (IsSettled(best, used_min)) return best;
+  }
+  *split = SplitNameless(groups);
+  if (split->size() == groups.size()) return best;
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<Judged> alone, CalibrateTogether(all, *split));
+  if (is_better(alone)) best = std::move(alone);
+  return best;
 }
 
 }  // namespace
@@ -225,28 +298,11 @@ Result<std::vector<FirstCamera>> CalibrateFirst(EngineParts* parts,
     return std::vector<FirstCamera>();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<Group> groups, GroupPhotos(parts, photos));
   Calibrating all{parts, photos, std::move(stop), {}};
-  const size_t images_min = all.options().images_min;
   VEDUTA_ASSIGN_OR_RETURN(const size_t photo_count, LookWhereMany(groups, &all));
-  std::vector<FirstCamera> cameras;
-  for (const Group& group : groups) {
-    if (group.photos.size() < images_min) continue;
-    const std::vector<size_t> chosen = ChoosePhotos(all, group.photos);
-    // What does not look alike is tried together with the others.
-    if (chosen.size() < images_min && groups.size() > 1) continue;
-    VEDUTA_ASSIGN_OR_RETURN(
-        FirstCamera first,
-        CalibrateGroup(all, group, chosen.size() < images_min ? group.photos : chosen));
-    cameras.push_back(std::move(first));
-  }
-  if (IsAnyKnown(cameras) || photo_count < images_min) return cameras;
-  if (groups.size() > 1) {
-    VEDUTA_ASSIGN_OR_RETURN(cameras, CalibrateTogether(all, groups));
-    if (IsAnyKnown(cameras)) return cameras;
-  }
-  const std::vector<Group> split = SplitNameless(groups);
-  if (split.size() == groups.size()) return cameras;
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<FirstCamera> alone, CalibrateTogether(all, split));
-  return IsAnyKnown(alone) ? alone : cameras;
+  std::vector<Group> split;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<Judged> best,
+                          CalibrateBest(all, groups, photo_count, &split));
+  return Store(parts, best, photos);
 }
 
 }  // namespace veduta

@@ -51,4 +51,10 @@ struct AdjustedLens {
 // left. Errors as of AdjustPlane.
 Result<std::optional<AdjustedLens>> AdjustLens(LensScene scene, uint32_t views_min);
 
+// Of the cameras of an adjusted scene those that hardly took all of their views, ascending: with a
+// camera of its own, many a view wants another focal length, or most of them want one that is not
+// the common one. Tourists' photos of one size fit one camera by chance, as far as the others are
+// left out. Errors as of AdjustPlane.
+Result<std::vector<uint32_t>> ListManyLensed(const LensScene& adjusted, uint32_t views_min);
+
 }  // namespace veduta

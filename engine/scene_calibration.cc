@@ -375,15 +375,23 @@ Calibration CalibrationOf(const AdjustedLens& adjusted, size_t camera, const Tri
   return made;
 }
 
-std::vector<Result<Calibration>> CalibrationsOf(const AdjustedLens& adjusted,
-                                                const std::vector<bool>& is_known,
-                                                const TrialScene& trial, const Trials& trials,
-                                                const std::vector<CameraModel>& scanned) {
+Result<std::vector<Result<Calibration>>> CalibrationsOf(const AdjustedLens& adjusted,
+                                                        const std::vector<bool>& is_known,
+                                                        const TrialScene& trial,
+                                                        const Trials& trials,
+                                                        const std::vector<CameraModel>& scanned) {
   std::vector<Result<Calibration>> made(trials.camera_count, TooLittle({}));
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<uint32_t> many,
+                          ListManyLensed(adjusted.scene, trials.options.images_min));
   for (size_t i = 0; i < adjusted.scene.cameras.size(); ++i) {
     const uint32_t camera = adjusted.scene.cameras[i];
-    if (is_known[camera])
+    if (std::ranges::binary_search(many, camera)) {
+      made[camera] = Status::InvalidArgument(
+          "one by one the photos want other focal lengths than together: calibrate those of each "
+          "camera and each zoom by themselves, or take more from other sides");
+    } else if (is_known[camera]) {
       made[camera] = CalibrationOf(adjusted, i, trial, trials, scanned[camera].fx);
+    }
   }
   return made;
 }

@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "engine/ingest/surroundings.h"
+#include "engine/ingest/uncertain_lenses.h"
 #include "engine/mapping/neighbor_agreement.h"
 #include "engine/mapping/sure_visibility.h"
 #include "storage/base/angle.h"
@@ -129,29 +130,6 @@ void AddMissing(const MappingContext& context, const std::vector<ImageId>& membe
   }
 }
 
-// Cameras that photos alone have told are known to some percent where they have less than so many
-// images here, and the rotation that a pair finds by itself is then off by so many times more. Of
-// thirty telephones in a street, pairs of right poses differed by 2 to 8 degrees. Chosen by hand.
-constexpr uint32_t kImagesOfKnownMin = 12;
-constexpr double kUncertainFactor = 4;
-
-// The members whose focal lengths are not known well.
-Result<std::set<ImageId>> ListUncertain(const Snapshot& snapshot,
-                                        const std::set<ImageId>& members) {
-  std::map<CameraId, std::vector<ImageId>> by_camera;
-  for (const ImageId id : members) {
-    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
-    by_camera[image.camera].push_back(id);
-  }
-  std::set<ImageId> uncertain;
-  for (const auto& [id, images] : by_camera) {
-    if (images.size() >= kImagesOfKnownMin) continue;
-    VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(id));
-    if (camera.is_refinable) uncertain.insert(images.begin(), images.end());
-  }
-  return uncertain;
-}
-
 // What the image's verified pairs with members of higher ids say.
 Status AddStoredPairs(const MappingContext& context, const std::set<ImageId>& members,
                       const std::set<ImageId>& uncertain, ImageId id,
@@ -174,12 +152,11 @@ Status AddStoredPairs(const MappingContext& context, const std::set<ImageId>& me
       continue;
     }
     pair.agreeing_matches = weight;
-    AgreementOptions agreement = context.options.agreement;
-    if (uncertain.contains(id) || uncertain.contains(neighbor.image)) {
-      agreement.rotation_deg_max *= kUncertainFactor;
-      agreement.rotation_px_max *= kUncertainFactor;
-    }
-    if (IsTurned(image, other, matches, agreement)) pair.turned_matches = weight;
+    const bool is_uncertain = uncertain.contains(id) || uncertain.contains(neighbor.image);
+    if (IsTurned(image, other, matches,
+                 is_uncertain ? OfUncertainLenses(context.options.agreement)
+                              : context.options.agreement))
+      pair.turned_matches = weight;
   }
   return Status::Ok();
 }
@@ -188,7 +165,7 @@ Result<std::vector<PairEvidence>> GatherEvidence(const MappingContext& context,
                                                  const std::set<ImageId>& members) {
   const std::vector<ImageId> images(members.begin(), members.end());
   VEDUTA_ASSIGN_OR_RETURN(const std::set<ImageId> uncertain,
-                          ListUncertain(context.loader->snapshot(), members));
+                          ListUncertainLenses(context.loader->snapshot(), members));
   std::vector<std::vector<PairEvidence>> found(images.size());
   std::vector<Status> statuses(images.size());
   context.pool->ParallelFor(images.size(), [&](size_t i) {
@@ -342,9 +319,13 @@ VisibleStructure JudgeAround(const CityMap& map, const MapImage& view,
                              std::span<const ImageId> around, const DoubtOptions& options) {
   const VisibleStructure visible = FindAround(map, view, around, options);
   if (!IsContradicted(visible, options)) return visible;
-  const VisibleStructure surely = FindSurelyVisible(map, view, ListSeenDepths(map, view),
-                                                    map.PointsSeenBy(around), options.visibility);
-  return FitsWell(surely, options) ? surely : visible;
+  const std::vector<SeenDepth> seen = ListSeenDepths(map, view);
+  const std::vector<PointId> points = map.PointsSeenBy(around);
+  const VisibleStructure surely = FindSurelyVisible(map, view, seen, points, options.visibility);
+  if (FitsWell(surely, options)) return surely;
+  const VisibleStructure usually =
+      FindUsuallySeen(map, view, seen, points, around, options.visibility);
+  return IsContradicted(usually, options) ? visible : usually;
 }
 
 bool IsContradicted(const VisibleStructure& visible, const DoubtOptions& options) {

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "engine/ingest/doubt.h"
+#include "engine/ingest/uncertain_lenses.h"
 #include "engine/mapping/resection.h"
 #include "engine/mapping/similarity.h"
 #include "storage/base/median.h"
@@ -135,7 +136,9 @@ class Sides {
 
   bool Explain(const SeamPair& pair, const AgreementOptions& options) const {
     const ImageId a = pair.a, b = pair.matches.other;
-    return !IsTurned(map_.image(a), other_.at(b).image, pair.matches, options) &&
+    const bool is_uncertain = seam_.uncertain.contains(a) || seam_.uncertain.contains(b);
+    return !IsTurned(map_.image(a), other_.at(b).image, pair.matches,
+                     is_uncertain ? OfUncertainLenses(options) : options) &&
            ExplainsPair(map_, map_.image(a), other_.at(b).image, pair.matches, options) &&
            ExplainsPair(map_, into_.at(a).image, map_.image(b), pair.matches, options);
   }
@@ -389,6 +392,7 @@ Result<SeamArea> FindSeam(MapLoader* loader, const CityMap& map, ImageId photo,
     across.insert(pair.matches.other);
   }
   VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(std::vector(images.begin(), images.end())));
+  VEDUTA_ASSIGN_OR_RETURN(seam.uncertain, ListYoungLenses(loader, map, images));
   seam.into = WithBeside(map, into);
   seam.other = WithBeside(map, across);
   VEDUTA_RETURN_IF_ERROR(loader->LoadNeighborhood(seam.into));

@@ -5,6 +5,7 @@
 // other.
 
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -30,6 +31,9 @@ struct SeamArea {
   std::vector<SeamPair> pairs;  // ascending images
   // The images of the pairs, and those that share most points with them; ascending.
   std::vector<ImageId> into, other;
+  // Of the images of the pairs those whose focal lengths may not be known well
+  // (uncertain_lenses.h).
+  std::set<ImageId> uncertain;
 };
 
 struct SeamEvidence {

@@ -2,6 +2,7 @@
 #include "engine/mapping/sure_visibility.h"
 
 #include <cmath>
+#include <unordered_map>
 #include <vector>
 
 #include "engine/mapping/picture_cells.h"
@@ -9,6 +10,12 @@
 
 namespace veduta {
 namespace {
+
+// Of the points in a part of the picture, the share that other images must find for the view to
+// find them, too. Of 50 tourists' photos of a mill, by day and night, right ones lacked parts of
+// which the others found 33 % in the median, and a right photo of a rendered street 0 to 7 %; views
+// at the wrong one of two twin facades lacked parts of which they found 70 %.
+constexpr double kUsualShareMin = 0.4;
 
 // Whether two images other than the view, both as alike as those that make a point expected, see
 // the point from opposite sides of the view's ray: what would hide it from the view alone stands
@@ -38,6 +45,29 @@ bool IsSeenFromEitherSide(const CityMap& map, const PointRecord& point, const Ma
   return false;
 }
 
+// Of a point, how often it must be seen, and how often it is.
+struct Sightings {
+  uint32_t expected = 0, found = 0;
+};
+
+std::unordered_map<PointId, Sightings> CountSightings(const CityMap& map,
+                                                      std::span<const ImageId> images, ImageId but,
+                                                      std::span<const PointId> points,
+                                                      const VisibilityOptions& options) {
+  std::unordered_map<PointId, Sightings> counted;
+  for (const ImageId id : images) {
+    if (id == but) continue;
+    const MapImage& image = map.image(id);
+    for (const ExpectedPoint& point :
+         ListExpected(map, image, ListSeenDepths(map, image), points, options)) {
+      Sightings& of_point = counted[point.point];
+      ++of_point.expected;
+      if (point.found) ++of_point.found;
+    }
+  }
+  return counted;
+}
+
 }  // namespace
 
 VisibleStructure FindSurelyVisible(const CityMap& map, const MapImage& view,
@@ -51,6 +81,31 @@ VisibleStructure FindSurelyVisible(const CityMap& map, const MapImage& view,
     // Those behind what the view sees are not expected.
     const bool sees_as_far = std::isfinite(near.At(point.x_px));
     if (sees_as_far || IsSeenFromEitherSide(map, map.point(point.point), view, options))
+      cells.Note(point.x_px, point.found.has_value());
+  }
+  const FoundCells::Sums sums = cells.Judge(options.cell_points_min, options.cell_found_share_min);
+  return {sums.expected, sums.found, sums.cells, sums.missing_cells};
+}
+
+VisibleStructure FindUsuallySeen(const CityMap& map, const MapImage& view,
+                                 std::span<const SeenDepth> seen, std::span<const PointId> points,
+                                 std::span<const ImageId> others,
+                                 const VisibilityOptions& options) {
+  const std::vector<ExpectedPoint> expected = ListExpected(map, view, seen, points, options);
+  const auto sightings = CountSightings(map, others, view.id, points, options);
+  const PictureGrid grid{view.width_px, view.height_px, options.cells_each_way};
+  std::vector<Sightings> of_cells(grid.cell_count());
+  for (const ExpectedPoint& point : expected) {
+    const auto of_point = sightings.find(point.point);
+    if (of_point == sightings.end()) continue;
+    Sightings& of_cell = of_cells[grid.CellOf(point.x_px)];
+    of_cell.expected += of_point->second.expected;
+    of_cell.found += of_point->second.found;
+  }
+  FoundCells cells(grid);
+  for (const ExpectedPoint& point : expected) {
+    const Sightings& usual = of_cells[grid.CellOf(point.x_px)];
+    if (usual.found >= kUsualShareMin * usual.expected)
       cells.Note(point.x_px, point.found.has_value());
   }
   const FoundCells::Sums sums = cells.Judge(options.cell_points_min, options.cell_found_share_min);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What nothing can hide from a view. A sparse map knows no walls where it has no points: of what
-// must be seen (visibility.h), a part may be hidden by a house that hardly a point is known of.
+// What a view cannot but see. Of what must be seen (visibility.h) a part may be hidden: a sparse
+// map knows no walls where it has no points. And a part may be there for some photos only: signs
+// light up at night, a mill's sails turn, buses stop before a house.
 
 #include <span>
 
@@ -16,5 +17,11 @@ namespace veduta {
 VisibleStructure FindSurelyVisible(const CityMap& map, const MapImage& view,
                                    std::span<const SeenDepth> seen, std::span<const PointId> points,
                                    const VisibilityOptions& options);
+
+// FindVisible in those parts of the picture alone whose points most of `others` find that must see
+// them. O(others * points * track length).
+VisibleStructure FindUsuallySeen(const CityMap& map, const MapImage& view,
+                                 std::span<const SeenDepth> seen, std::span<const PointId> points,
+                                 std::span<const ImageId> others, const VisibilityOptions& options);
 
 }  // namespace veduta

@@ -6,6 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "engine/camera/projection.h"
 #include "storage/base/content_hash.h"
 #include "tests/storage/samples.h"
@@ -134,6 +137,37 @@ TEST(LensScene, WhatDoesNotFitSpoilsNoLens) {
   const auto too_few = AdjustLens(MakeScene(3), 4);
   ASSERT_OK(too_few);
   EXPECT_FALSE(too_few->has_value());
+}
+
+// Views of cameras that differ by the focal length alone, adjusted as if one had taken all.
+AdjustedLens AdjustAsOne(const std::vector<double>& focals_px) {
+  LensScene scene = MakeScene(0, 200);
+  for (uint32_t v = 0; v < focals_px.size(); ++v) {
+    CameraModel own = Truth();
+    own.fx = own.fy = focals_px[v];
+    const LensScene taken = MakeScene(static_cast<uint32_t>(focals_px.size()), 200, own);
+    scene.scene.cams_from_world.push_back(taken.scene.cams_from_world[v]);
+    scene.photos.push_back(taken.photos[v]);
+    std::ranges::copy_if(taken.observations, std::back_inserter(scene.observations),
+                         [&](const PlaneObservation& one) { return one.view == v; });
+  }
+  auto adjusted = AdjustLens(std::move(scene), 4);
+  EXPECT_OK(adjusted);
+  EXPECT_TRUE(adjusted.ok() && adjusted->has_value());
+  return std::move(**adjusted);
+}
+
+TEST(LensScene, PhotosOfSeveralFocalLengthsHaveNoCommonCamera) {
+  const AdjustedLens several = AdjustAsOne({800, 900, 700, 1000, 820, 640, 950, 760});
+  const auto many = ListManyLensed(several.scene, 4);
+  ASSERT_OK(many);
+  EXPECT_EQ(*many, (std::vector<uint32_t>{0}));
+
+  // An autofocus changes it by a percent.
+  const AdjustedLens one = AdjustAsOne({800, 806, 800, 795, 803, 800, 808, 798});
+  const auto none = ListManyLensed(one.scene, 4);
+  ASSERT_OK(none);
+  EXPECT_TRUE(none->empty());
 }
 
 }  // namespace

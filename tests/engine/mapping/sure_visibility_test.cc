@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: of what a view must see, only what nothing can hide from it is asked: what images on both
-//   sides of it see, or what is no farther away than what it sees itself.
+//   sides of it see, or what is no farther away than what it sees itself. And where other photos do
+//   not find what they must see, as a sign that was lit for some, the view need not.
 // Method: a synthetic scene whose points have descriptors of their own, seen by a view between two
 //   cameras, beside them, and with a wall that it sees behind the points.
 #include "engine/mapping/sure_visibility.h"
@@ -78,6 +79,43 @@ TEST_F(SureVisibility, AWrongPoseLacksIt) {
   shifted.cam_from_world.translation.x() -= 0.5;
   EXPECT_GT(Sure(shifted).cells, 20u);
   EXPECT_GT(Sure(shifted).missing_share(), 0.9);
+}
+
+// The image as it would be if what falls on its left half looked quite different.
+MapImage WithoutLeftHalf(const MapImage& image) {
+  auto changed = std::make_shared<Features>(*image.features);
+  for (size_t i = 0; i < changed->size(); ++i) {
+    if (changed->keypoints[i].x_px < image.width_px / 2.0f)
+      std::fill_n(changed->descriptors.begin() + static_cast<ptrdiff_t>(i * kDescriptorSize),
+                  kDescriptorSize, uint8_t{0});
+  }
+  MapImage without = image;
+  without.features = std::move(changed);
+  return without;
+}
+
+TEST_F(SureVisibility, WhatOtherPhotosDoNotFindIsNotAsked) {
+  Place({0, 1});
+  const MapImage view = WithoutLeftHalf(scene_.images[2]);
+  const std::vector<ImageId> others = {ImageId(1), ImageId(2), ImageId(4), ImageId(5)};
+  const VisibleStructure all = FindVisible(map_, view, {}, points_, {});
+  ASSERT_GT(all.missing_cells, 10u);
+  // The others lack it as well.
+  for (const uint32_t k : {3, 4}) map_.PlaceImage(WithoutLeftHalf(scene_.images[k]));
+  const VisibleStructure usual = FindUsuallySeen(map_, view, {}, points_, others, {});
+  EXPECT_LT(usual.missing_cells, 3u) << "beside the middle, where half a cell is there";
+  EXPECT_GT(usual.cells, 10u);
+}
+
+TEST_F(SureVisibility, WhatOtherPhotosFindIsAsked) {
+  Place({0, 1});
+  const MapImage view = WithoutLeftHalf(scene_.images[2]);
+  const std::vector<ImageId> others = {ImageId(1), ImageId(2), ImageId(4), ImageId(5)};
+  const VisibleStructure all = FindVisible(map_, view, {}, points_, {});
+  for (const uint32_t k : {3, 4}) map_.PlaceImage(scene_.images[k]);
+  const VisibleStructure usual = FindUsuallySeen(map_, view, {}, points_, others, {});
+  EXPECT_EQ(usual.missing_cells, all.missing_cells);
+  EXPECT_EQ(usual.cells, all.cells);
 }
 
 }  // namespace
