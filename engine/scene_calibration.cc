@@ -380,18 +380,20 @@ Result<std::vector<Result<Calibration>>> CalibrationsOf(const AdjustedLens& adju
                                                         const TrialScene& trial,
                                                         const Trials& trials,
                                                         const std::vector<CameraModel>& scanned) {
-  std::vector<Result<Calibration>> made(trials.camera_count, TooLittle({}));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<uint32_t> many,
                           ListManyLensed(adjusted.scene, trials.options.images_min));
+  // What was adjusted with one that is none is wrong in all.
+  if (!many.empty()) {
+    const Status wrong = Status::InvalidArgument(
+        "one by one the photos want other focal lengths than together: calibrate those of each "
+        "camera and each zoom by themselves, or take more from other sides");
+    return std::vector<Result<Calibration>>(trials.camera_count, wrong);
+  }
+  std::vector<Result<Calibration>> made(trials.camera_count, TooLittle({}));
   for (size_t i = 0; i < adjusted.scene.cameras.size(); ++i) {
     const uint32_t camera = adjusted.scene.cameras[i];
-    if (std::ranges::binary_search(many, camera)) {
-      made[camera] = Status::InvalidArgument(
-          "one by one the photos want other focal lengths than together: calibrate those of each "
-          "camera and each zoom by themselves, or take more from other sides");
-    } else if (is_known[camera]) {
+    if (is_known[camera])
       made[camera] = CalibrationOf(adjusted, i, trial, trials, scanned[camera].fx);
-    }
   }
   return made;
 }
