@@ -5,7 +5,6 @@
 // less of whether poses are right.
 
 #include <set>
-#include <span>
 
 #include "engine/ingest/map_loader.h"
 #include "engine/mapping/neighbor_agreement.h"
