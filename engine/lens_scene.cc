@@ -253,6 +253,11 @@ Result<std::optional<AdjustedLens>> AdjustLens(LensScene scene, uint32_t views_m
 }
 
 Result<std::vector<uint32_t>> ListManyLensed(const LensScene& adjusted, uint32_t views_min) {
+  std::vector<uint32_t> many;
+  std::vector<size_t> views(adjusted.scene.cameras.size());
+  for (size_t view = 0; view < adjusted.photos.size(); ++view)
+    ++views[adjusted.scene.CameraOf(view)];
+  if (std::ranges::all_of(views, [](size_t count) { return count < kFreedMin; })) return many;
   LensScene freed = adjusted;
   freed.scene.cameras.clear(), freed.cameras.clear(), freed.scene.camera_of_view.clear();
   for (uint32_t view = 0; view < adjusted.photos.size(); ++view) {
@@ -263,7 +268,6 @@ Result<std::vector<uint32_t>> ListManyLensed(const LensScene& adjusted, uint32_t
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<AdjustedLens> made,
                           AdjustLens(std::move(freed), views_min));
-  std::vector<uint32_t> many;
   if (!made || !made->made.is_determined) return many;
   std::map<uint32_t, std::vector<FreedFocal>> of_cameras;
   for (size_t i = 0; i < made->scene.cameras.size(); ++i) {

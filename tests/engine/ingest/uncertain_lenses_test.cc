@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+
 #include "tests/engine/ingest/scene_database.h"
 
 namespace veduta {
@@ -35,7 +37,17 @@ class UncertainLenses : public testing::Test {
     ASSERT_OK(transaction->Commit());
   }
 
+  // Of all images of the reconstruction, which is loaded.
+  std::set<ImageId> YoungOf(ReconstructionId id) {
+    work_.emplace(&scene_);
+    std::vector<ImageId> images;
+    EXPECT_OK(work_->loader.LoadReconstruction(id, &images));
+    EXPECT_EQ(images.size(), 13u);
+    return *ListYoungLenses(&work_->loader, work_->map, {images.begin(), images.end()});
+  }
+
   SceneDatabase scene_;
+  std::optional<SceneWork> work_;
 };
 
 TEST_F(UncertainLenses, FewImagesOfOneCameraDoNotKnowIt) {
@@ -49,37 +61,29 @@ TEST_F(UncertainLenses, FewImagesOfOneCameraDoNotKnowIt) {
 TEST_F(UncertainLenses, ThoseOfAYoungReconstructionAreNotKnown) {
   const ReconstructionId id = scene_.AddReconstruction(Range(0, 13));
   SetRefinable(true);
-  SceneWork work(&scene_);
-  std::vector<ImageId> images;
-  ASSERT_OK(work.loader.LoadReconstruction(id, &images));
-  EXPECT_EQ(*ListYoungLenses(&work.loader, work.map, Ids(13)), Ids(13));
+  EXPECT_EQ(YoungOf(id), Ids(13));
 
   // One that is being founded, and a photo that is being added, are not stored yet.
-  const ImageId last = images.back(), added(99);
-  MapImage fresh = work.map.image(last);
+  const ImageId last(13), added(99);
+  MapImage fresh = work_->map.image(last);
   fresh.id = added;
   fresh.reconstruction = ReconstructionId(7);
   fresh.points.assign(fresh.points.size(), PointId{});
-  work.map.PlaceImage(fresh);
-  EXPECT_EQ(*ListYoungLenses(&work.loader, work.map, {last, added}), std::set{last});
+  work_->map.PlaceImage(fresh);
+  EXPECT_EQ(*ListYoungLenses(&work_->loader, work_->map, {last, added}), std::set{last});
 
   ReconstructionRecord old = *scene_.Snap()->GetReconstruction(id);
   old.image_count = 100;
   const auto transaction = scene_.database()->BeginTransaction();
   transaction->PutReconstruction(old);
   ASSERT_OK(transaction->Commit());
-  SceneWork later(&scene_);
-  ASSERT_OK(later.loader.LoadReconstruction(id, &images));
-  EXPECT_TRUE(ListYoungLenses(&later.loader, later.map, Ids(13))->empty());
+  EXPECT_TRUE(YoungOf(id).empty());
 }
 
 TEST_F(UncertainLenses, AGivenCameraIsKnownEverywhere) {
   const ReconstructionId id = scene_.AddReconstruction(Range(0, 13));
   SetRefinable(false);
-  SceneWork work(&scene_);
-  std::vector<ImageId> images;
-  ASSERT_OK(work.loader.LoadReconstruction(id, &images));
-  EXPECT_TRUE(ListYoungLenses(&work.loader, work.map, Ids(13))->empty());
+  EXPECT_TRUE(YoungOf(id).empty());
 }
 
 TEST_F(UncertainLenses, RotationsOfPairsMayDifferByMoreThere) {
