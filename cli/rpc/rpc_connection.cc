@@ -40,6 +40,11 @@ kj::Promise<void> RpcConnection::Run() {
   return network_.onDisconnect().exclusiveJoin(Watch());
 }
 
+bool RpcConnection::is_at_work() const {
+  return session_->calls->used() + session_->verdicts->used() > 0 ||
+         network_.getCurrentQueueSize() > 0;
+}
+
 kj::Promise<void> RpcConnection::Watch() {
   return session_->timer.afterDelay(limits_.look_time).then([this]() -> kj::Promise<void> {
     if (IsTooSlow()) return kj::READY_NOW;

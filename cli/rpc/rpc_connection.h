@@ -31,6 +31,9 @@ class RpcConnection final {
   // Ends with the connection: when the client closes it, or breaks a limit.
   kj::Promise<void> Run();
 
+  // Calls wait for their answers, or answers wait to be sent.
+  bool is_at_work() const;
+
  private:
   // Ends when a limit is broken.
   kj::Promise<void> Watch();

@@ -7,6 +7,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <memory>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -19,8 +21,8 @@
 namespace veduta {
 namespace {
 
-// How long the calls at work have when the daemon stops, and between two looks at whether there are
-// any.
+// How long the calls at work have when the daemon stops; and before each look at whether there are
+// any, while what came by then is read, answered and sent.
 constexpr kj::Duration kDrainTime = 5 * kj::SECONDS, kDrainLook = 10 * kj::MILLISECONDS;
 // Before the next connection is taken where there are too many, or where taking one failed.
 constexpr kj::Duration kPauseTime = 20 * kj::MILLISECONDS;
@@ -47,7 +49,7 @@ class ConnectionTaker final : private kj::TaskSet::ErrorHandler {
         timer_(io->provider->getTimer()),
         port_(*port),
         is_unix_(is_unix),
-        connections_(*this) {}
+        running_(*this) {}
 
   // Takes connections for ever.
   kj::Promise<void> Accept() {
@@ -63,11 +65,11 @@ class ConnectionTaker final : private kj::TaskSet::ErrorHandler {
   // Ends when all calls are answered, or late answers are given up.
   kj::Promise<void> Drain() {
     is_stopping_ = true;
-    return Rest().exclusiveJoin(timer_.afterDelay(kDrainTime));
+    return AwaitRest().exclusiveJoin(timer_.afterDelay(kDrainTime));
   }
 
  private:
-  void Take(kj::Own<kj::AsyncIoStream> stream, const std::shared_ptr<BudgetShare>& place) {
+  void Take(kj::Own<kj::AsyncIoStream> stream, std::shared_ptr<BudgetShare> place) {
     if (!is_unix_) {
       const int on = 1;
       stream->setsockopt(IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
@@ -77,20 +79,24 @@ class ConnectionTaker final : private kj::TaskSet::ErrorHandler {
       stream->setsockopt(IPPROTO_TCP, TCP_KEEPINTVL, &every_s, sizeof every_s);
     }
     const auto session = std::make_shared<RpcSession>(shared_, &timer_, &is_stopping_, is_unix_);
-    auto connection = kj::heap<RpcConnection>(kj::mv(stream), session);
+    auto connection = std::make_shared<RpcConnection>(kj::mv(stream), session);
+    connections_.push_back(connection);
     auto running = connection->Run();
-    sessions_.push_back(session);
-    connections_.add(running.attach(kj::mv(connection), place));
-    std::erase_if(sessions_, [](const auto& one) { return one.expired(); });
+    running_.add(running.attach(kj::mv(connection), kj::mv(place)));
+    std::erase_if(connections_, [](const auto& one) { return one.expired(); });
   }
 
-  kj::Promise<void> Rest() {
-    for (const auto& one : sessions_) {
-      const auto session = one.lock();
-      if (session && session->calls->used() + session->verdicts->used() > 0)
-        return timer_.afterDelay(kDrainLook).then([this] { return Rest(); });
-    }
-    return kj::READY_NOW;
+  // Never looks at once: a call that has ended in this turn of the loop has its answer still to be
+  // sent.
+  kj::Promise<void> AwaitRest() {
+    return timer_.afterDelay(kDrainLook).then([this]() -> kj::Promise<void> {
+      const auto is_at_work = [](const auto& one) {
+        const auto connection = one.lock();
+        return connection && connection->is_at_work();
+      };
+      if (std::ranges::any_of(connections_, is_at_work)) return AwaitRest();
+      return kj::READY_NOW;
+    });
   }
 
   kj::Promise<void> AcceptLater() {
@@ -105,8 +111,8 @@ class ConnectionTaker final : private kj::TaskSet::ErrorHandler {
   kj::ConnectionReceiver& port_;
   const bool is_unix_;
   bool is_stopping_ = false;
-  std::vector<std::weak_ptr<RpcSession>> sessions_;  // of each connection
-  kj::TaskSet connections_;
+  std::vector<std::weak_ptr<RpcConnection>> connections_;  // that `running_` holds
+  kj::TaskSet running_;
 };
 
 Result<kj::AutoCloseFd> Listen(const std::string& address) {

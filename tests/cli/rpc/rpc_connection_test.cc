@@ -168,27 +168,41 @@ kj::Array<capnp::word> CallByHand(uint32_t question, uint64_t interface, uint16_
   return capnp::messageToFlatArray(message);
 }
 
-TEST_F(RpcConnectionTest, WhoDoesNotReadIsDisconnected) {
-  ConnectionLimits limits = LookingOften();
-  limits.read_time = kShort;
-  const auto line = Connect(limits);
+// Asks so much that the answers, which repeat the names, are more than a socket holds.
+kj::Promise<void> AskMuch(kj::AsyncIoStream* stream) {
   capnp::MallocMessageBuilder bootstrap;
   bootstrap.initRoot<capnp::rpc::Message>().initBootstrap().setQuestionId(0);
   std::vector<kj::Array<capnp::word>> sent;
   sent.push_back(capnp::messageToFlatArray(bootstrap));
   sent.push_back(CallByHand(1, capnp::typeId<rpc::Gate>(), 0, 0, ""));
-  // The answers repeat the names: together they are more than a socket holds.
   for (uint32_t question = 2; question < 900; ++question) {
     sent.push_back(CallByHand(question, capnp::typeId<rpc::City>(), 3, 1, std::string(3000, 'x')));
   }
   kj::Promise<void> sending = kj::READY_NOW;
   for (const auto& message : sent) {
-    sending = sending.then(
-        [&] { return line->stream->write(message.begin(), message.asBytes().size()); });
+    const auto bytes = message.asBytes();
+    sending = sending.then([stream, bytes] { return stream->write(bytes.begin(), bytes.size()); });
   }
-  sending = sending.eagerlyEvaluate([](kj::Exception&&) {});
+  return sending.attach(kj::mv(sent)).eagerlyEvaluate([](kj::Exception&&) {});
+}
+
+TEST_F(RpcConnectionTest, WhoDoesNotReadIsDisconnected) {
+  ConnectionLimits limits = LookingOften();
+  limits.read_time = kShort;
+  const auto line = Connect(limits);
+  const auto sending = AskMuch(line->stream.get());
   EXPECT_TRUE(Ends(line.get()));
   EXPECT_TRUE(line->session->has_logged_in);
+}
+TEST_F(RpcConnectionTest, AnswersThatWaitToBeSentAreWork) {
+  const auto line = Connect();
+  EXPECT_FALSE(line->connection->is_at_work());
+  const auto sending = AskMuch(line->stream.get());
+  const auto is_unsent = [&] {
+    return line->session->calls->used() == 0 && line->connection->is_at_work();
+  };
+  for (int i = 0; i < 500 && !is_unsent(); ++i) Pass(10 * kj::MILLISECONDS);
+  EXPECT_TRUE(is_unsent());
 }
 
 }  // namespace

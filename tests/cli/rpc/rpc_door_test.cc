@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the door is opened to this machine alone while there are no tokens, and its limits have
-//   bounds.
-// Method: the options are checked. What the door does is tested over real connections by
-//   rpc_test.py.
+// Goal: the door is opened to this machine alone while there are no tokens, its limits have bounds,
+//   and it keeps to them.
+// Method: the options are checked; clients of Cap'n Proto come by a socket, more than may. What else
+//   the door does is tested by rpc_test.py.
 #include "cli/rpc/rpc_door.h"
 
+#include <capnp/rpc-twoparty.h>
 #include <gtest/gtest.h>
+#include <kj/async-io.h>
 
+#include <memory>
+#include <string>
+
+#include "cli/rpc/veduta.capnp.h"
+#include "engine/engine.h"
+#include "tests/engine/street_fixture.h"
 #include "tests/option_bounds.h"
 
 namespace veduta {
@@ -34,6 +42,59 @@ TEST(RpcDoorOptions, HaveBounds) {
     EXPECT_FALSE(
         RpcDoorOptions({.address = "[::1]:0", .connections_max = connections}).Check().ok());
   }
+}
+
+// Somebody who has come and asks to be let in.
+class Guest final {
+ public:
+  Guest(kj::AsyncIoContext* io, const std::string& address)
+      : io_(*io),
+        stream_(io_.provider->getNetwork()
+                    .parseAddress(address)
+                    .wait(io_.waitScope)
+                    ->connect()
+                    .wait(io_.waitScope)),
+        client_(*stream_),
+        answer_(client_.bootstrap()
+                    .castAs<rpc::Gate>()
+                    .loginRequest()
+                    .send()
+                    .then([](auto&&) { return true; })
+                    .eagerlyEvaluate(nullptr)) {}
+
+  bool IsAnsweredWithin(kj::Duration time) {
+    auto late = io_.provider->getTimer().afterDelay(time).then([] { return false; });
+    auto either = answer_.fork();
+    answer_ = either.addBranch();
+    return either.addBranch().exclusiveJoin(kj::mv(late)).wait(io_.waitScope);
+  }
+
+ private:
+  kj::AsyncIoContext& io_;
+  kj::Own<kj::AsyncIoStream> stream_;
+  capnp::TwoPartyClient client_;
+  kj::Promise<bool> answer_;
+};
+
+TEST(RpcDoor, MoreConnectionsWaitUntilOneEnds) {
+  City city;
+  city.Close();
+  auto engine = Engine::Open(city.path());
+  ASSERT_OK(engine);
+  CityService service(*std::move(engine), city.path(), ServiceOptions(), CityService::Listeners());
+  const RpcDoorOptions options{
+      .address = "unix:" + city.path() + "/door.sock", .connections_max = 2, .threads = 1};
+  const auto door = RpcDoor::Open(&service, options, [](const Status&) {});
+  ASSERT_OK(door);
+  kj::AsyncIoContext io = kj::setupAsyncIo();
+  auto first = std::make_unique<Guest>(&io, options.address);
+  Guest second(&io, options.address);
+  EXPECT_TRUE(first->IsAnsweredWithin(10 * kj::SECONDS));
+  EXPECT_TRUE(second.IsAnsweredWithin(10 * kj::SECONDS));
+  Guest third(&io, options.address);
+  EXPECT_FALSE(third.IsAnsweredWithin(200 * kj::MILLISECONDS));
+  first.reset();
+  EXPECT_TRUE(third.IsAnsweredWithin(10 * kj::SECONDS));
 }
 
 }  // namespace
