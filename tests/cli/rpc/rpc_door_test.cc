@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: the door is opened to this machine alone while there are no tokens, its limits have bounds,
 //   and it keeps to them.
-// Method: the options are checked; clients of Cap'n Proto come by a socket, more than may. What else
-//   the door does is tested by rpc_test.py.
+// Method: the options are checked; clients of Cap'n Proto come by a socket, more than may. What
+//   else the door does is tested by rpc_test.py.
 #include "cli/rpc/rpc_door.h"
 
 #include <capnp/rpc-twoparty.h>
