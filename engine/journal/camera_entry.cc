@@ -10,7 +10,7 @@
 namespace veduta {
 namespace {
 
-constexpr std::string_view kBeforeId = " (camera ", kAfterId = "): ";
+constexpr std::string_view kBeforeId = " (camera ", kAfterId = "): ", kRefinable = " refinable";
 
 }  // namespace
 
@@ -18,7 +18,8 @@ std::string CameraEntry(const CameraRecord& camera) {
   const CameraModel& model = camera.model;
   return camera.name + std::string(kBeforeId) + std::to_string(camera.id.value) +
          std::string(kAfterId) + std::to_string(model.width_px) + "x" +
-         std::to_string(model.height_px) + " " + CameraParamsText(model);
+         std::to_string(model.height_px) + " " + CameraParamsText(model) +
+         std::string(camera.is_refinable ? kRefinable : "");
 }
 
 void PutNewCamera(const CameraRecord& camera, DatabaseState* state, Transaction* transaction) {
@@ -30,7 +31,9 @@ void PutNewCamera(const CameraRecord& camera, DatabaseState* state, Transaction*
   AppendJournal(std::move(entry), state, transaction);
 }
 
-std::optional<CameraRecord> ParseCameraEntry(const std::string& detail) {
+std::optional<CameraRecord> ParseCameraEntry(const std::string& entry) {
+  const bool is_refinable = entry.ends_with(kRefinable);
+  const std::string detail = entry.substr(0, entry.size() - (is_refinable ? kRefinable.size() : 0));
   const size_t before = detail.rfind(kBeforeId), after = detail.rfind(kAfterId);
   const size_t params = detail.rfind(' ');
   if (before == std::string::npos || after == std::string::npos || before == 0 || after < before ||
@@ -49,6 +52,7 @@ std::optional<CameraRecord> ParseCameraEntry(const std::string& detail) {
   const Result<CameraModel> model = ParseCameraParams(detail.substr(params + 1), *parsed);
   if (!model.ok()) return std::nullopt;
   camera.model = *model;
+  camera.is_refinable = is_refinable;
   return camera;
 }
 

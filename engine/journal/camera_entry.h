@@ -11,12 +11,12 @@
 
 namespace veduta {
 
-// "NAME (camera ID): WIDTHxHEIGHT fx,fy,cx,cy[,k1,k2[,u0,v0]]"
+// "NAME (camera ID): WIDTHxHEIGHT fx,fy,cx,cy[,k1,k2[,u0,v0]][ refinable]"
 std::string CameraEntry(const CameraRecord& camera);
 // Writes a new camera with its entry.
 void PutNewCamera(const CameraRecord& camera, DatabaseState* state, Transaction* transaction);
 // The camera that an entry describes, without its source. None for an entry of an older program:
 // that is the name alone.
-std::optional<CameraRecord> ParseCameraEntry(const std::string& detail);
+std::optional<CameraRecord> ParseCameraEntry(const std::string& entry);
 
 }  // namespace veduta

@@ -12,18 +12,23 @@ namespace {
 TEST(CameraEntry, IsReadBackAsTheSameCamera) {
   CameraRecord camera{CameraId(3), "a: b (camera 7): c", {}, "somewhere"};
   camera.model = {1536, 1024, 1379.74, 1382.08, 760.095, 503.155, -0.1, 0.02, 700.5, 500.25};
-  const auto read = ParseCameraEntry(CameraEntry(camera));
-  ASSERT_TRUE(read.has_value()) << CameraEntry(camera);
-  EXPECT_EQ(read->id, camera.id);
-  EXPECT_EQ(read->name, camera.name);
-  EXPECT_EQ(read->model, camera.model);
+  for (const bool is_refinable : {false, true}) {
+    camera.is_refinable = is_refinable;
+    const auto read = ParseCameraEntry(CameraEntry(camera));
+    ASSERT_TRUE(read.has_value()) << CameraEntry(camera);
+    EXPECT_EQ(read->id, camera.id);
+    EXPECT_EQ(read->name, camera.name);
+    EXPECT_EQ(read->model, camera.model);
+    EXPECT_EQ(read->is_refinable, is_refinable);
+  }
 }
 
 TEST(CameraEntry, OthersAreNotTakenForOne) {
   for (const char* text :
        {"", "canon", "canon: 3x3 1,1,1,1", "canon (camera 0): 512x384 450,450,255,191",
         "canon (camera 1): 512x384", "canon (camera 1): 512 450,450,255,191",
-        "canon (camera x): 512x384 450,450,255,191", " (camera 1): 512x384 450,450,255,191"})
+        "canon (camera x): 512x384 450,450,255,191", "canon (camera 1): 512x384 refinable",
+        " (camera 1): 512x384 450,450,255,191"})
     EXPECT_FALSE(ParseCameraEntry(text).has_value()) << text;
 }
 
