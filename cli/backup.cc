@@ -143,7 +143,7 @@ void RegisterList(CLI::App* app, int* exit_code) {
     if (command->get_name() == "thin")
       command->add_option("--keep", a.keep, "How many backups stay")
           ->required()
-          ->check(CLI::PositiveNumber);
+          ->check(AboveZero());
   }
 }
 
@@ -158,7 +158,7 @@ void RegisterBackup(CLI::App* app, int* exit_code) {
   AddPlace(backup, "DB", &a.db, "Database");
   AddPlace(backup, "DIR", &a.folder, "Folder of this database's backups, on another disk");
   backup->add_option("--keep", a.keep, "Delete older backups than so many (default: none)")
-      ->check(CLI::PositiveNumber);
+      ->check(AboveZero());
   AddFlag(backup, &a);
   RegisterList(app, exit_code);
   CLI::App* restore = RegisterOne(app, "restore", "Make a database of a backup; checks every file",
@@ -166,7 +166,7 @@ void RegisterBackup(CLI::App* app, int* exit_code) {
   AddPlace(restore, "DIR", &a.folder, "Folder of backups");
   AddPlace(restore, "DB", &a.db, "Database to make, where nothing is yet");
   restore->add_option("--backup", a.number, "Its number, as `backups list` has it (the newest)")
-      ->check(CLI::PositiveNumber);
+      ->check(AboveZero());
   AddFlag(restore, &a);
   CLI::App* copy =
       RegisterOne(app, "copy", "A consistent copy that opens on its own, linked where possible",

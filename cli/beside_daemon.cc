@@ -5,12 +5,14 @@
 #include <chrono>
 #include <deque>
 #include <map>
+#include <set>
 #include <thread>
 
 #include "cli/command.h"
 #include "cli/daemon_json.h"
 #include "cli/owner_beside.h"
 #include "cli/progress.h"
+#include "cli/wire/added_json.h"
 #include "storage/base/whole_file.h"
 
 namespace veduta {
@@ -21,9 +23,6 @@ namespace {
 constexpr size_t kAheadMax = 16;
 // Between two questions what has become of a photo. Chosen by hand.
 constexpr std::chrono::milliseconds kLook(20);
-// Of the photos whose cameras were looked for once more the share that must have got one for the
-// others to be tried again. As Engine::AddPhotos does.
-constexpr double kTriedAgainShareMin = 0.05;
 // The largest photo that is read; the daemon says itself what it takes.
 constexpr size_t kPhotoBytesMax = size_t{1} << 30;
 
@@ -83,17 +82,16 @@ class Adding final {
   }
 
   // Has the cameras looked for of those that still have none, once all others had their turn, and
-  // says what has become of them, until next to none gets one. What has none then waits on.
+  // says what has become of them, until none gets one. What has none then waits on.
   Status TryPutOff(const std::stop_token& stop) {
-    for (double share = 0; !put_off_.empty() && !stop.stop_requested();
-         share = kTriedAgainShareMin) {
+    while (!put_off_.empty() && !stop.stop_requested()) {
       VEDUTA_RETURN_IF_ERROR(CalibrateBeside(&daemon_, [&](const std::string& camera) {
         progress_.Say("veduta: " + Printable(camera));
       }));
-      const auto before = static_cast<double>(put_off_.size());
+      const size_t before = put_off_.size();
       for (Sent& photo : std::exchange(put_off_, {})) sent_.push_back(std::move(photo));
       while (!sent_.empty()) VEDUTA_RETURN_IF_ERROR(TellFirst());
-      if (before - static_cast<double>(put_off_.size()) <= share * before) break;
+      if (put_off_.size() == before) break;
     }
     for (const Sent& photo : std::exchange(put_off_, {}))
       VEDUTA_RETURN_IF_ERROR(
@@ -120,6 +118,9 @@ class Adding final {
     } else {
       PrintLine("%-10s %s: %s", Printable(word).c_str(), Printable(name).c_str(),
                 Printable(outcome.value("reason", "")).c_str());
+      const Json camera = outcome.value("camera", Json());
+      if (camera.is_string())
+        PrintLine("  with camera %s", Printable(camera.get<std::string>()).c_str());
     }
     progress_.Advance(word);
     return Status::Ok();
@@ -127,9 +128,17 @@ class Adding final {
 
   Status Fails(const std::string& name, const std::string& why) {
     exit_code_ = kNotDone;
-    ++counts_["failed"];
-    progress_.Say("veduta: " + Printable(name) + ": " + Printable(why));
-    progress_.Advance("failed");
+    AddOutcome failed;
+    failed.name = name;
+    failed.failure = Status::IoError(why);
+    const std::string word = OutcomeWord(failed);
+    ++counts_[word];
+    if (json_) {
+      PrintJson(ToJson(failed));
+    } else {
+      PrintLine("%-10s %s: %s", word.c_str(), Printable(name).c_str(), Printable(why).c_str());
+    }
+    progress_.Advance(word);
     return Status::Ok();
   }
 
@@ -142,10 +151,22 @@ class Adding final {
   int exit_code_ = kDone;
 };
 
+// A camera that is not there is said before anything is sent, as without a daemon.
+Status CheckCameras(DaemonClient* daemon, std::span<const PhotoSubmission> photos) {
+  std::set<std::string> names;
+  for (const PhotoSubmission& photo : photos)
+    if (!photo.camera.empty()) names.insert(photo.camera);
+  for (const std::string& name : names)
+    VEDUTA_RETURN_IF_ERROR(
+        AskForJson(daemon, {"GET", "/v1/cameras/" + EncodeForQuery(name), "", {}}).status());
+  return Status::Ok();
+}
+
 }  // namespace
 
 int AddBeside(DaemonClient* daemon, std::span<const PhotoSubmission> photos, bool json,
               const std::stop_token& stop) {
+  if (const Status known = CheckCameras(daemon, photos); !known.ok()) return Fail(known);
   std::string summary;
   int exit_code = kDone;
   Status added;

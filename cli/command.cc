@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/command.h"
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
@@ -48,6 +49,24 @@ void CheckPhotoArguments(const std::string& list, const std::vector<std::string>
     throw CLI::ValidationError("--list",
                                "takes one folder at most, the one that its paths are relative to");
   }
+}
+
+CLI::Validator SizeInBytes() {
+  return {[size = CLI::AsSizeValue(/*kb_is_1000=*/false)](std::string& text) -> std::string {
+            if (text.find('-') != std::string::npos) return "'" + text + "' is no size in bytes";
+            return size(text);
+          },
+          "BYTES"};
+}
+
+CLI::Validator AboveZero() {
+  return {[](std::string& text) -> std::string {
+            double number = 0;
+            const bool is_number = CLI::detail::lexical_cast(text, number);
+            if (is_number && number > 0 && std::isfinite(number)) return "";
+            return "'" + text + "' is no number above 0";
+          },
+          "ABOVE 0"};
 }
 
 std::string CheckCameraName(const std::string& name) {

@@ -37,6 +37,10 @@ Result<std::vector<ListedPhoto>> ListPhotosOf(const std::string& list,
                                               const std::vector<std::string>& paths);
 // What is wrong with a list file and paths given together: exceptions of the command line.
 void CheckPhotoArguments(const std::string& list, const std::vector<std::string>& paths);
+// Bytes, as "20MB"; no negative ones.
+CLI::Validator SizeInBytes();
+// A number above 0.
+CLI::Validator AboveZero();
 // Of an option --camera that may be left out: why its name is none; empty where it is one.
 std::string CheckCameraName(const std::string& name);
 

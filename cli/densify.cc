@@ -104,7 +104,7 @@ void RegisterDensify(CLI::App* app, int* exit_code) {
       "densify", "Depth maps and a coloured surface, for what is stale; restartable");
   command->add_option("DB", arguments->db, "Database")->required();
   command->add_option("--reconstruction", arguments->reconstruction, "One only (default: all)")
-      ->check(CLI::PositiveNumber);
+      ->check(AboveZero());
   command->add_option("--threads", arguments->threads, "Threads (default: one per core)")
       ->check(CLI::Range(1, 1024));
   command->add_option("--device", request.device,
@@ -122,7 +122,7 @@ void RegisterDensify(CLI::App* app, int* exit_code) {
       ->add_option(
           "--voxel", request.options.voxel_size,
           "Edge of a voxel in the reconstruction's units (default: as last time, 1.5 px at first)")
-      ->check(CLI::PositiveNumber);
+      ->check(AboveZero());
   command->add_flag("--json", arguments->json, "One JSON object per reconstruction");
   command->callback([=] { *exit_code = Densify(*arguments); });
 }

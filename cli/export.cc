@@ -38,6 +38,9 @@ int Export(const ExportArguments& arguments) {
     } else {
       PrintModel(model);
     }
+    if (arguments.request.on_earth && !model.on_earth)
+      std::fprintf(stderr, "veduta: warning: %s is not on the earth, for its place is not known\n",
+                   Printable(model.folder).c_str());
   }
   return kDone;
 }
@@ -66,7 +69,7 @@ void RegisterExport(CLI::App* app, int* exit_code) {
       ->add_option(
           "--error", arguments->request.error_max,
           "Fewer triangles: the surface may move by so much, in the reconstruction's units")
-      ->check(CLI::PositiveNumber);
+      ->check(AboveZero());
   command->add_flag("--with-hidden", arguments->request.with_hidden,
                     "With photos that a curator has hidden: their names, poses and pictures");
   command->add_flag("--json", arguments->json, "One JSON object per reconstruction");

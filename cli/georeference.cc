@@ -127,7 +127,7 @@ void RegisterGeoreference(CLI::App* app, int* exit_code) {
   command
       ->add_option("--deviation", request.ground_deviation_m,
                    "Standard deviation of the surveyed points, metres")
-      ->check(CLI::PositiveNumber)
+      ->check(AboveZero())
       ->capture_default_str();
   command->add_flag("--forget", request.forget_ground_points,
                     "Forget the surveyed points that are stored, first");

@@ -74,6 +74,20 @@ void RegisterCommands(CLI::App* app, int* exit_code) {
   RegisterDevices(app, exit_code);
 }
 
+// Says what is wrong with the command line, or what was asked of it; the exit code.
+int Complain(const CLI::App& app, const CLI::ParseError& error) {
+  std::ostringstream help, complaint;
+  const int code = app.exit(error, help, complaint) == 0 ? kDone : kBadUsage;
+  PrintBytes(help.str());
+  std::fprintf(stderr, "%s", PrintableLines(complaint.str()).c_str());
+  return code;
+}
+
+bool IsCommand(CLI::App* app, const std::string& name) {
+  const auto has_name = [&](const CLI::App* one) { return one->get_name() == name; };
+  return !app->get_subcommands(has_name).empty();
+}
+
 int Run(int argc, char** argv) {
   CLI::App app(
       "Veduta: a database of a city's photographs that knows where each was taken and what the "
@@ -84,11 +98,15 @@ int Run(int argc, char** argv) {
   RegisterCommands(&app, &exit_code);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::RequiredError& error) {
+    if (argc < 2 || argv[1][0] == '-' || IsCommand(&app, argv[1])) {
+      exit_code = Complain(app, error);
+    } else {
+      return FailUsage(Status::InvalidArgument(std::string("there is no command '") + argv[1] +
+                                               "': 'veduta --help' names all"));
+    }
   } catch (const CLI::ParseError& error) {
-    std::ostringstream help, complaint;
-    exit_code = app.exit(error, help, complaint) == 0 ? kDone : kBadUsage;
-    PrintBytes(help.str());
-    std::fprintf(stderr, "%s", PrintableLines(complaint.str()).c_str());
+    exit_code = Complain(app, error);
   } catch (const std::exception& error) {  // out of memory, mostly
     return Fail(Status::IoError(error.what()));
   }

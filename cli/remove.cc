@@ -94,7 +94,7 @@ void RegisterRemove(CLI::App* app, int* exit_code) {
   command
       ->add_option("--contribution", arguments->request.contribution,
                    "All photos of the contribution of this number instead")
-      ->check(CLI::PositiveNumber)
+      ->check(AboveZero())
       ->excludes(photos)
       ->excludes(contributor);
   command->add_option("--by", arguments->request.actor, "Who has them removed, for the journal")

@@ -49,7 +49,7 @@ void RegisterRender(CLI::App* app, int* exit_code) {
   command
       ->add_option("--reconstruction", arguments->reconstruction,
                    "Without --from: which (default: the largest)")
-      ->check(CLI::PositiveNumber)
+      ->check(AboveZero())
       ->excludes("--from");
   command->add_option("--side", request.side, "Without --from: front, left or right")
       ->check(CLI::IsMember({"front", "left", "right"}))

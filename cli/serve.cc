@@ -122,13 +122,13 @@ int ServeBoth(CityService* service, const HttpDoorOptions& http, const ServeArgu
               PhotoTeller* teller, const std::stop_token& stop) {
   std::stop_source ending;
   Status rpc_failure;  // written once, before the stop that it requests
+  std::once_flag failed;
   std::unique_ptr<RpcDoor> rpc;
   if (!arguments.rpc.address.empty()) {
     RpcDoorOptions options = arguments.rpc;
     options.asks_for_tokens = service->asks_for_tokens();
     const Status checked = options.Check();
     if (!checked.ok()) return FailUsage(checked);
-    std::once_flag failed;
     auto opened = RpcDoor::Open(service, options, [&](const Status& failure) {
       std::call_once(failed, [&] { rpc_failure = failure; });
       ending.request_stop();
@@ -242,7 +242,7 @@ void RegisterServe(CLI::App* app, int* exit_code) {
   command
       ->add_option("--waiting-bytes", arguments->service.intake.bytes_max,
                    "Bytes on the disk that these photos may have in all")
-      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
+      ->transform(SizeInBytes())
       ->capture_default_str();
   command
       ->add_option("--parts-kept", arguments->service.tus.keep_s,

@@ -101,7 +101,7 @@ void RegisterReconstruction(CLI::App* app, int* exit_code) {
   command->add_option("DB", *db, "Database")->required();
   command->add_option("ID", *id, "Its number, as `veduta status` lists it")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(AboveZero());
   command->add_flag("--json", *json, "JSON");
   command->callback(
       [=] { *exit_code = PrintOneReconstruction(*db, ReconstructionId(*id), *json); });

@@ -143,7 +143,7 @@ void RegisterToken(CLI::App* app, int* exit_code) {
   create->add_option("--photos-per-day", quota->photos_per_day,
                      "Photos that may be sent with it (default: what the daemon gives to each)");
   create->add_option("--bytes-per-day", quota->bytes_per_day, "Bytes of these photos")
-      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false));
+      ->transform(SizeInBytes());
   create->add_option("--requests-per-second", quota->requests_per_s,
                      "Requests that may be made with it");
   create->add_flag("--json", arguments->json, "JSON");

@@ -85,9 +85,16 @@ class RestoringFolder final {
 // Without "." and "..", and without a slash at the end.
 std::string PlainPath(const std::string& path) {
   std::error_code error;
-  const fs::path absolute = fs::weakly_canonical(path, error);
-  const fs::path plain = error ? fs::absolute(path).lexically_normal() : absolute;
+  const fs::path absolute = fs::absolute(path);
+  const fs::path canonical = fs::weakly_canonical(absolute, error);
+  const fs::path plain = error ? absolute.lexically_normal() : canonical;
   return (plain.has_filename() ? plain : plain.parent_path()).string();
+}
+
+Status CheckIsOutside(const std::string& folder, const std::string& database) {
+  if (!(PlainPath(folder) + "/").starts_with(PlainPath(database) + "/")) return Status::Ok();
+  return Status::InvalidArgument(PlainPath(folder) +
+                                 " is inside of the database: name another folder");
 }
 
 }  // namespace
@@ -97,12 +104,28 @@ Status BackupRequest::Check() const {
                         : Status::Ok();
 }
 
+// The copy is in the journal before others may remove a photo that it has.
+Status Engine::Copy(const std::string& folder) {
+  const std::shared_ptr<EngineParts> parts = parts_;
+  VEDUTA_RETURN_IF_ERROR(CheckIsOutside(folder, parts->path));
+  {
+    Writer::Turn turn = parts->writer->Take();
+    VEDUTA_RETURN_IF_ERROR(turn.database().CreateCheckpoint(folder));
+    VEDUTA_RETURN_IF_ERROR(parts->NoteCopy(kCopyMade, folder, &turn));
+  }
+  Status checked = parts->database->CheckCheckpoint(folder);
+  if (checked.ok()) return checked;
+  Writer::Turn turn = parts->writer->Take();
+  parts->NoteCopy(kCopyDeleted, folder, &turn)
+      .IgnoreBecause("what is damaged is told; a removal then names a copy that is gone");
+  return checked;
+}
+
 Result<BackupReport> Engine::Backup(const BackupRequest& request, std::stop_token stop) {
   VEDUTA_RETURN_IF_ERROR(request.Check());
   const std::shared_ptr<EngineParts> parts = parts_;
   const std::string database = PlainPath(parts->path), folder = PlainPath(request.folder);
-  if ((folder + "/").starts_with(database + "/"))
-    return Status::InvalidArgument(folder + " is inside of the database: name another folder");
+  VEDUTA_RETURN_IF_ERROR(CheckIsOutside(folder, parts->path));
   const std::optional<Claimable::Claim> alone = parts->backing_up.TryClaim();
   if (!alone) return Status::Busy("a backup is being made: try again when it has ended");
   VEDUTA_ASSIGN_OR_RETURN(BackupFolder backups,

@@ -66,7 +66,8 @@ class Engine final {
 
   // While nothing is placed: calibrates, adds and names the cameras of photos that name none, by
   // their own photos (four of one EXIF or size), else by all, else with one for each photo. Takes
-  // as long as adding 40 photos four to twenty times. kCancelled: cameras that were added stay.
+  // as long as adding 40 photos four to twenty times. All cameras are added at once. Where the same
+  // photos come again, since AddPhotos was interrupted, they have the cameras of before.
   Result<std::vector<FirstCamera>> CalibrateFirst(std::span<PhotoSubmission> photos,
                                                   std::stop_token stop = {});
   // The same of photos that wait on the disk since their camera cannot be told (Ticket::Wait): the

@@ -96,22 +96,6 @@ Status Engine::ImportVocabulary(const std::string& path) {
   return parts_->Activate(caches, std::move(prepared));
 }
 
-// The copy is in the journal before others may remove a photo that it has.
-Status Engine::Copy(const std::string& folder) {
-  const std::shared_ptr<EngineParts> parts = parts_;
-  {
-    Writer::Turn turn = parts->writer->Take();
-    VEDUTA_RETURN_IF_ERROR(turn.database().CreateCheckpoint(folder));
-    VEDUTA_RETURN_IF_ERROR(parts->NoteCopy(kCopyMade, folder, &turn));
-  }
-  Status checked = parts->database->CheckCheckpoint(folder);
-  if (checked.ok()) return checked;
-  Writer::Turn turn = parts->writer->Take();
-  parts->NoteCopy(kCopyDeleted, folder, &turn)
-      .IgnoreBecause("what is damaged is told; a removal then names a copy that is gone");
-  return checked;
-}
-
 Status Engine::Reopen() {
   Writer::Turn turn = parts_->writer->Take();
   return parts_->Reopen(&turn);

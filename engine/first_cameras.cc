@@ -5,11 +5,14 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
 #include "engine/alike_photos.h"
+#include "engine/journal/camera_entry.h"
 #include "engine/scene_calibration.h"
 #include "engine/unnamed_camera.h"
 
@@ -32,20 +35,31 @@ struct Group {
   std::vector<size_t> photos;
 };
 
-// By what the photos say of themselves, otherwise by their size and their 35 mm equivalent: who
-// sends photos together that tell nothing has mostly taken them with one camera. In the order of
-// their first photos. A photo whose camera is known already, or that cannot be read, is in none.
-Result<std::vector<Group>> GroupPhotos(EngineParts* parts,
-                                       std::span<const PhotoSubmission> photos) {
+// What the photos say that name no camera.
+std::vector<PhotoFacts> LookAtPhotos(EngineParts* parts, std::span<const PhotoSubmission> photos) {
   std::vector<PhotoFacts> facts(photos.size());
   parts->pool->ParallelFor(photos.size(), [&](size_t i) {
     if (!photos[i].camera.empty()) return;
     Result<PhotoFacts> looked = parts->preparer->Look(photos[i].photo);
     if (looked.ok()) facts[i] = *std::move(looked);  // if not, adding the photo says why
   });
+  return facts;
+}
+
+// What names all of them, in their order.
+ContentHash ListOf(std::span<const PhotoFacts> facts) {
+  ContentHasher hasher;
+  for (const PhotoFacts& one : facts) hasher.Add(one.hash.bytes);
+  return hasher.Finish();
+}
+
+// By what the photos say of themselves, otherwise by their size and their 35 mm equivalent: who
+// sends photos together that tell nothing has mostly taken them with one camera. In the order of
+// their first photos. A photo whose camera is known already, or that cannot be read, is in none.
+Result<std::vector<Group>> GroupPhotos(EngineParts* parts, std::span<const PhotoFacts> facts) {
   std::vector<Group> groups;
   std::map<std::string, size_t> index;
-  for (size_t i = 0; i < photos.size(); ++i) {
+  for (size_t i = 0; i < facts.size(); ++i) {
     if (facts[i].shape.empty()) continue;
     VEDUTA_ASSIGN_OR_RETURN(const auto known, FindUnnamedCamera(parts, facts[i]));
     if (known) continue;
@@ -67,19 +81,17 @@ std::string SourceOf(const Calibration& made) {
          " photos together, its focal length to " + share + " %";
 }
 
-// Adds it under the group's name, or under one that says its size; where that is taken, with a
-// number.
-Result<std::string> Add(EngineParts* parts, const Group& group, const Calibration& made) {
+// The group's name, or one that says its size; where that is taken, with a number.
+std::string NameOf(const Group& group, const Calibration& made,
+                   const std::set<std::string>& taken) {
   const std::string wanted = !group.name.empty()
                                  ? group.name
                                  : "photos of " + std::to_string(made.model.width_px) + "x" +
                                        std::to_string(made.model.height_px);
   std::string name = wanted;
-  for (uint32_t number = 2;; name = wanted + " (" + std::to_string(number++) + ")") {
-    const Result<CameraId> id = parts->AddCamera(name, made.model, SourceOf(made), true);
-    if (id.ok()) return name;
-    if (id.status().code() != StatusCode::kAlreadyExists) return id.status();
-  }
+  for (uint32_t number = 2; taken.contains(name);)
+    name = wanted + " (" + std::to_string(number++) + ")";
+  return name;
 }
 
 // What photos say of the camera of a group, and whether it does.
@@ -110,21 +122,53 @@ size_t CountUsed(std::span<const Judged> judged) {
   return count;
 }
 
-// Stores the cameras that are known, and names them to the photos of their groups.
+// Stores the cameras that are known, all or none, and names them to the photos of their groups.
 Result<std::vector<FirstCamera>> Store(EngineParts* parts, std::span<const Judged> judged,
+                                       std::span<const PhotoFacts> facts,
                                        std::span<PhotoSubmission> photos) {
+  Writer::Turn turn = parts->writer->Take();
+  const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
+  VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, transaction->base()->GetState());
+  VEDUTA_ASSIGN_OR_RETURN(const auto known, transaction->base()->ListCameras());
+  std::set<std::string> names;
+  for (const CameraRecord& camera : known) names.insert(camera.name);
+  const ContentHash list = ListOf(facts);
   std::vector<FirstCamera> stored;
   for (const Judged& one : judged) {
     FirstCamera& first = stored.emplace_back();
     first.photos = static_cast<uint32_t>(one.group->photos.size());
     first.why_not = one.why_not;
     if (!one.made) continue;
-    VEDUTA_ASSIGN_OR_RETURN(first.name, Add(parts, *one.group, *one.made));
+    first.name = NameOf(*one.group, *one.made, names);
     first.model = one.made->model;
     first.focal_stddev_share = one.made->Sigma(0) / one.made->model.fx;
-    for (const size_t i : one.group->photos) photos[i].camera = first.name;
+    names.insert(first.name);
+    CameraRecord camera{CameraId(state.next_camera++), first.name, first.model, SourceOf(*one.made),
+                        true};
+    for (const size_t i : one.group->photos) camera.awaited_photos.push_back(facts[i].hash);
+    camera.awaited_list = list;
+    PutNewCamera(camera, &state, transaction.get());
   }
+  transaction->PutState(state);
+  VEDUTA_RETURN_IF_ERROR(transaction->Commit());
+  for (size_t i = 0; i < judged.size(); ++i)
+    for (const size_t photo : judged[i].group->photos) photos[photo].camera = stored[i].name;
   return stored;
+}
+
+// Names to the photos the cameras that await them, where they are those of a list that was begun;
+// whether they are.
+Result<bool> GoOn(EngineParts* parts, std::span<const PhotoFacts> facts,
+                  std::span<PhotoSubmission> photos) {
+  VEDUTA_ASSIGN_OR_RETURN(const auto cameras, parts->database->GetSnapshot()->ListCameras());
+  const ContentHash list = ListOf(facts);
+  if (std::ranges::count(cameras, list, &CameraRecord::awaited_list) == 0) return false;
+  for (size_t i = 0; i < photos.size(); ++i) {
+    if (!photos[i].camera.empty() || facts[i].shape.empty()) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const auto camera, FindUnnamedCamera(parts, facts[i]));
+    if (camera) photos[i].camera = camera->name;
+  }
+  return true;
 }
 
 // What all groups have in common.
@@ -296,13 +340,36 @@ Result<std::vector<FirstCamera>> CalibrateFirst(EngineParts* parts,
                           parts->database->GetSnapshot()->ListReconstructions());
   if (std::ranges::any_of(reconstructions, &ReconstructionRecord::is_living))
     return std::vector<FirstCamera>();
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<Group> groups, GroupPhotos(parts, photos));
+  const std::vector<PhotoFacts> facts = LookAtPhotos(parts, photos);
+  VEDUTA_ASSIGN_OR_RETURN(const bool goes_on, GoOn(parts, facts, photos));
+  if (goes_on) return std::vector<FirstCamera>();
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<Group> groups, GroupPhotos(parts, facts));
   Calibrating all{parts, photos, std::move(stop), {}};
   VEDUTA_ASSIGN_OR_RETURN(const size_t photo_count, LookWhereMany(groups, &all));
   std::vector<Group> split;
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<Judged> best,
                           CalibrateBest(all, groups, photo_count, &split));
-  return Store(parts, best, photos);
+  return Store(parts, best, facts, photos);
+}
+
+Status EndAwaiting(EngineParts* parts) {
+  const auto awaits = [](const CameraRecord& camera) {
+    return camera.awaited_list != ContentHash();
+  };
+  VEDUTA_ASSIGN_OR_RETURN(auto cameras, parts->database->GetSnapshot()->ListCameras());
+  if (std::ranges::none_of(cameras, awaits)) return Status::Ok();
+  Writer::Turn turn = parts->writer->Take();
+  const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, transaction->base()->GetState());
+  VEDUTA_ASSIGN_OR_RETURN(cameras, transaction->base()->ListCameras());
+  for (CameraRecord& camera : cameras) {
+    if (!awaits(camera)) continue;
+    camera.awaited_photos.clear();
+    camera.awaited_list = {};
+    transaction->PutCamera(camera);
+  }
+  transaction->PutState(state);
+  return transaction->Commit();
 }
 
 }  // namespace veduta

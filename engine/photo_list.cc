@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/photo_list.h"
 
+#include <algorithm>
 #include <deque>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
+
+#include "engine/first_cameras.h"
 
 namespace veduta {
 namespace {
@@ -23,10 +27,6 @@ class ListEnd final {
   Scheduler* const scheduler_;
   Lane* const lane_;
 };
-
-// Of the photos that were tried again the share that must have got a camera for the others to be
-// tried once more. Chosen by hand.
-constexpr double kTriedAgainShareMin = 0.05;
 
 class ListAdding final {
  public:
@@ -50,19 +50,22 @@ class ListAdding final {
     return Status::Ok();
   }
 
-  // Photos whose camera cannot be estimated yet are tried again once the others are there.
-  Status AddAll(const Report& report, const Followed& followed) {
-    std::vector<size_t> round(photos_.size());
-    std::iota(round.begin(), round.end(), 0);
+  // Photos whose camera cannot be estimated yet are tried again once the others are there, until
+  // nothing comes of it. So the order in which photos are stored is the same where this was
+  // interrupted and is done again.
+  Status AddAll(const Snapshot& before, const Report& report, const Followed& followed) {
+    VEDUTA_ASSIGN_OR_RETURN(std::vector<size_t> tried, ListTried(before));
+    std::vector<size_t> all(photos_.size()), round;
+    std::iota(all.begin(), all.end(), 0);
+    std::ranges::set_difference(all, tried, std::back_inserter(round));
     std::map<size_t, AddOutcome> waiting;
-    for (bool is_first = true; !round.empty(); is_first = false) {
+    for (bool goes_on = true; goes_on && !round.empty();) {
       waiting.clear();
       VEDUTA_RETURN_IF_ERROR(AddRound(round, report, followed, &waiting));
-      const size_t added = round.size() - waiting.size();
-      const double share = is_first ? 0 : kTriedAgainShareMin;
-      if (static_cast<double>(added) <= share * static_cast<double>(round.size())) break;
-      round.clear();
+      goes_on = waiting.size() < round.size();
+      round = std::exchange(tried, {});
       for (const auto& [photo, outcome] : waiting) round.push_back(photo);
+      std::ranges::sort(round);
     }
     for (const auto& [photo, outcome] : waiting) {
       if (report) report(outcome);
@@ -71,6 +74,25 @@ class ListAdding final {
   }
 
  private:
+  // The photos without a camera that an interrupted try of the same list has passed over in its
+  // last round: those before the photo that was stored last.
+  Result<std::vector<size_t>> ListTried(const Snapshot& before) const {
+    std::vector<size_t> unknown;
+    ImageId last;
+    size_t end = 0;
+    for (size_t i = 0; i < photos_.size(); ++i) {
+      VEDUTA_ASSIGN_OR_RETURN(
+          const std::optional<ImageId> stored,
+          before.FindImageByName(photos_[i].photo.name, photos_[i].contributor));
+      if (!stored && !cameras_[i]) unknown.push_back(i);
+      if (!stored || *stored < last) continue;
+      last = *stored;
+      end = i;
+    }
+    std::erase_if(unknown, [&](size_t i) { return i >= end; });
+    return unknown;
+  }
+
   // Reports all but those that are tried again, whose outcome goes into `waiting`.
   Status AddRound(const std::vector<size_t>& round, const Report& report, const Followed& followed,
                   std::map<size_t, AddOutcome>* waiting) {
@@ -136,7 +158,8 @@ Status AddList(EngineParts* parts, std::span<const PhotoSubmission> photos,
   ListAdding list(parts, photos, awaited, stop);
   // A camera that is not there is said before anything is added.
   VEDUTA_RETURN_IF_ERROR(list.FindCameras(parts));
-  return list.AddAll(report, followed);
+  VEDUTA_RETURN_IF_ERROR(list.AddAll(*parts->database->GetSnapshot(), report, followed));
+  return EndAwaiting(parts);
 }
 
 }  // namespace veduta

@@ -145,8 +145,14 @@ Result<RemoveAnswer> Engine::Remove(const RemoveRequest& request, std::stop_toke
   if (is_of_many) {
     VEDUTA_ASSIGN_OR_RETURN(answer.uploads, parts->RemoveUploads(request));
   }
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> images,
-                          ImagesToRemove(*parts->database->GetSnapshot(), request));
+  const std::shared_ptr<const Snapshot> before = parts->database->GetSnapshot();
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> images, ImagesToRemove(*before, request));
+  if (!request.contributor.empty() && images.empty() && answer.uploads == 0) {
+    VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, before->GetState());
+    // A removal that was killed may have left the rest to be done.
+    if (!state.removed_bytes_left)
+      return Status::NotFound("there is no photo of '" + request.contributor + "'");
+  }
   for (const ImageId image : images) {
     if (stop.stop_requested()) {
       return Status::Cancelled("stopped after " + std::to_string(answer.removed.size()) + " of " +

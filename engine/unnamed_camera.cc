@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/unnamed_camera.h"
 
+#include <algorithm>
 #include <charconv>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "engine/localization/unknown_localization.h"
 #include "engine/query/verdict_text.h"
@@ -60,6 +62,11 @@ Result<std::optional<CameraRecord>> FindUnnamedCamera(EngineParts* parts, const 
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot->GetImage(*stored));
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot->GetCamera(image.camera));
     return std::optional(camera);
+  }
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraRecord> cameras, snapshot->ListCameras());
+  for (CameraRecord& camera : cameras) {
+    if (std::ranges::count(camera.awaited_photos, facts.hash) > 0)
+      return std::optional(std::move(camera));
   }
   if (facts.camera_group.empty()) return std::optional<CameraRecord>();
   Result<CameraRecord> camera = parts->FindCamera(facts.camera_group);

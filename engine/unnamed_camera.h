@@ -8,9 +8,9 @@
 
 namespace veduta {
 
-// The camera that is known already: that of the same bytes where they are stored, otherwise that of
-// the photos which say that the same camera took them (CameraGroupOf). Decodes nothing. kIoError
-// where the file cannot be read.
+// The camera that is known already: that of the same bytes where they are stored, or where a camera
+// awaits them (CameraRecord), otherwise that of the photos which say that the same camera took them
+// (CameraGroupOf). Decodes nothing. kIoError where the file cannot be read. O(cameras).
 Result<std::optional<CameraRecord>> FindUnnamedCamera(EngineParts* parts, const PhotoSource& photo);
 // The same of a photo that was looked at.
 Result<std::optional<CameraRecord>> FindUnnamedCamera(EngineParts* parts, const PhotoFacts& facts);

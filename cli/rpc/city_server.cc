@@ -9,6 +9,7 @@
 #include "cli/rpc/photo_servers.h"
 #include "cli/rpc/point_reader_server.h"
 #include "cli/rpc/ticket_server.h"
+#include "cli/service/photo_name.h"
 
 namespace veduta {
 namespace {
@@ -68,6 +69,9 @@ kj::Promise<void> CityServer::addPhoto(AddPhotoContext context) {
   const std::string who = caller_.Check("POST", {"v1", "photos"}, title.contributor).who;
   if (title.contributor.empty()) title.contributor = who.empty() ? "anonymous" : who;
   if (title.name.empty()) kj::throwFatalException(Failure(400, "the photo has no name"));
+  const Status named = CheckPhotoName(title.name);
+  // The owner may have files of any name.
+  if (!named.ok() && !caller_.session().is_of_owner) kj::throwFatalException(FailureOf(named));
   context.getResults().setUpload(kj::heap<UploadServer>(caller_, std::move(title)));
   return kj::READY_NOW;
 }

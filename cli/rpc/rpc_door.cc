@@ -55,7 +55,8 @@ class ConnectionTaker final : private kj::TaskSet::ErrorHandler {
   kj::Promise<void> Accept() {
     auto place = std::make_shared<BudgetShare>(shared_.connections);
     if (!place->Grow(1)) return AcceptLater();
-    return port_.accept()
+    // It may throw instead of promising, and that must reach the handler below, too.
+    return kj::evalNow([this] { return port_.accept(); })
         .then([this, place](kj::Own<kj::AsyncIoStream> stream) { Take(kj::mv(stream), place); })
         .then([this] { return Accept(); },
               // Too many open files, mostly: that passes.

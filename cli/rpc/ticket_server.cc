@@ -20,11 +20,13 @@ kj::Promise<void> TicketServer::verdict(VerdictContext context) {
   const auto told = std::make_shared<UploadNews>();
   auto paf = kj::newPromiseAndCrossThreadFulfiller<bool>();
   const Sender<bool> sender(kj::mv(paf.fulfiller));
-  const auto unknown =
-      caller_.service().intake()->Await(number_, [sender, told](const UploadNews& news) {
+  const auto unknown = caller_.service().intake()->Await(
+      number_,
+      [sender, told](const UploadNews& news) {
         *told = news;
         sender(true);
-      });
+      },
+      std::weak_ptr<const void>(call));
   if (unknown) kj::throwFatalException(FailureOf(*unknown));
   return paf.promise.then([this, context, call, told, sight](bool) mutable {
     const Questions ask = caller_.service().Ask(sight);

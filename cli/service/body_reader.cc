@@ -50,8 +50,10 @@ kj::Promise<void> BodyReader::ReadPieces(kj::AsyncInputStream& body,
 
 bool BodyReader::Fits(uint64_t bytes, Arriving* arriving) const {
   if (bytes > bytes_max_) {
-    arriving->refusal = Problem(413, "the body is larger than " + std::to_string(bytes_max_) +
-                                         " bytes, the most that is taken");
+    arriving->refusal =
+        Problem(413, bytes_max_ == 0 ? "this request has no body"
+                                     : "the body is larger than " + std::to_string(bytes_max_) +
+                                           " bytes, the most that is taken");
   }
   return !arriving->refusal;
 }
@@ -59,9 +61,8 @@ bool BodyReader::Fits(uint64_t bytes, Arriving* arriving) const {
 bool BodyReader::Reserve(Arriving* arriving, uint64_t bytes) const {
   if (!Fits(bytes, arriving)) return false;
   if (!arriving->share->Grow(bytes)) {
-    arriving->refusal =
-        Problem(429, "the bodies that are arriving fill the memory: send this one again later");
-    arriving->refusal->headers.emplace_back("Retry-After", "5");
+    arriving->refusal = ComeAgain(
+        429, "the bodies that are arriving fill the memory: send this one again later", 5);
   }
   return !arriving->refusal;
 }

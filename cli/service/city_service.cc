@@ -140,6 +140,12 @@ std::optional<HttpAnswer> CityService::Refuse(HttpRequest* request) const {
   return refusal;
 }
 
+bool CityService::StillAllows(HttpRequest* request) const {
+  auto found = FindRoute(*request);
+  const auto* const match = std::get_if<RouteMatch>(&found);
+  return match != nullptr && !gatekeeper_.Refuse(*engine_, *match->route, request);
+}
+
 void CityService::Handle(HttpRequest request, Answered answered) {
   const bool is_get = request.method == "GET";
   const auto who = std::make_shared<std::string>();  // once it is known
@@ -147,6 +153,8 @@ void CityService::Handle(HttpRequest request, Answered answered) {
                             range = HeaderOf(request, "Range"),
                             if_range = HeaderOf(request, "If-Range"), who](HttpAnswer answer) {
     if (is_get) CutToRange(range, if_range, &answer);
+    // After a failed write nothing is written until the files are opened again.
+    if (!is_get && answer.is_of_disk) disk_.NoteFailure(Status::IoError("a request has failed"));
     Count(answer);
     if (!answer.damages.empty()) TellDamages(answer);
     answer.who = *who;
@@ -176,10 +184,12 @@ void CityService::Handle(HttpRequest request, Answered answered) {
 }
 
 void CityService::Run(std::function<void(Engine* engine, const Status& refusal)> task) {
-  const bool is_queued = Queue([this, task](bool is_closed) {
-    task(engine_.get(),
-         is_closed ? Status::Busy("the daemon is closing: ask again in a while") : Status::Ok());
-  });
+  const bool is_queued = Queue(
+      [this, task](bool is_closed) {
+        task(engine_.get(), is_closed ? Status::Busy("the daemon is closing: ask again in a while")
+                                      : Status::Ok());
+      },
+      options_.waiting_questions_max);
   if (!is_queued)
     task(engine_.get(), Status::Busy("too many questions wait: ask again in a while"));
 }
@@ -227,9 +237,9 @@ std::variant<uint64_t, HttpAnswer> CityService::AcceptPhoto(const HttpRequest& s
   return accepted;
 }
 
-bool CityService::Queue(std::function<void(bool is_closed)> task) {
+bool CityService::Queue(std::function<void(bool is_closed)> task, uint32_t waiting_max) {
   const std::lock_guard lock(mutex_);
-  if (waiting_questions_ >= options_.waiting_questions_max) return false;
+  if (waiting_questions_ >= waiting_max) return false;
   pool_.Submit([this, task = std::move(task)] {
     bool is_closed = false;
     {
@@ -351,10 +361,12 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
 
 void CityService::TellEvents(uint64_t first, const Sight& sight,
                              std::function<void(Result<CityEvents>)> told) {
-  const bool is_queued = Queue([this, first, sight, told](bool is_closed) {
+  const auto tell = [this, first, sight, told](bool is_closed) {
     if (is_closed) return told(Status::Cancelled("the daemon is closing"));
     told(CatchShortage("read the journal", [&] { return EventsFrom(first, sight); }));
-  });
+  };
+  // Those who follow ask again soon, and leave room for questions and photos.
+  const bool is_queued = Queue(tell, options_.waiting_questions_max / 2);
   if (!is_queued) told(CityEvents{"", first});
 }
 

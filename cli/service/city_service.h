@@ -94,6 +94,9 @@ class CityService final {
   // Returns soon. `answered` is called once: by this thread, or by another one later.
   void Handle(HttpRequest request, Answered answered);
 
+  // Whether a request that was let in still is: its token may be revoked, or too old, by now. Notes
+  // anew what may be told.
+  bool StillAllows(HttpRequest* request) const;
   // What has happened, for one who follows the city. Returns at once; `told` is called once, with
   // an empty text where the journal has no entry from `first` on yet.
   void TellEvents(uint64_t first, const Sight& sight, std::function<void(Result<CityEvents>)> told);
@@ -131,9 +134,9 @@ class CityService final {
   HttpAnswer AskEngine(const HttpRequest& request, const RouteMatch& match);
   void Count(const HttpAnswer& answer);
   void TellDamages(const HttpAnswer& answer);
-  // Runs the task on the pool; false where too many wait. One that begins when the service is
-  // closed is told so.
-  bool Queue(std::function<void(bool is_closed)> task);
+  // Runs the task on the pool; false where so many wait. One that begins when the service is closed
+  // is told so.
+  bool Queue(std::function<void(bool is_closed)> task, uint32_t waiting_max);
   void SettleNowAndThen(std::stop_token stop,
                         const std::function<void(const FollowUp&, const Questions&)>& followed);
 

@@ -66,8 +66,9 @@ Result<HttpAnswer> DaemonClient::Ask(const Question& question) {
     answer.body.assign(body.begin(), body.size());
     return answer;
   } catch (const kj::Exception& exception) {
-    return Status::IoError("the daemon does not answer any more: " +
-                           std::string(exception.getDescription().cStr()));
+    return Status::IoError(
+        "the daemon does not answer any more (" + std::string(exception.getDescription().cStr()) +
+        "): see whether it runs, and give the same command again; what was taken is kept");
   }
 }
 

@@ -35,6 +35,8 @@ namespace {
 constexpr kj::Duration kBodyTime = 10 * kj::MINUTES;
 // How long a client may take to receive an answer, or some events. Chosen by hand.
 constexpr kj::Duration kSendTime = 60 * kj::SECONDS;
+// Of all answers that are being sent, those that are larger than small ones. Chosen by hand.
+constexpr uint64_t kAnswersBytesMax = 512ull << 20, kSmallAnswerBytes = 64 << 10;
 // How long the requests at work have when the daemon stops.
 constexpr kj::Duration kDrainTime = 5 * kj::SECONDS;
 // How often one who follows the city is told of news, and hears that the line is alive.
@@ -52,19 +54,14 @@ std::string Lower(std::string text) {
   return text;
 }
 
-// "text/plain" of "Text/Plain; charset=utf-8".
-std::string MediaType(std::string header) {
-  header = Lower(header.substr(0, header.find(';')));
-  while (!header.empty() && header.back() == ' ') header.pop_back();
-  return header;
-}
-
 // What the threads of the door share.
 struct Limits {
   explicit Limits(const HttpDoorOptions& o)
       : options(o),
         bodies(std::make_shared<Budget>(o.bodies_bytes_max)),
+        answers(std::make_shared<Budget>(kAnswersBytesMax)),
         connections(o.connections_max),
+        connections_of_owner(o.connections_max),
         followers(std::max(1u, o.connections_max / 2)) {
     for (const std::string& proxy : o.proxies) {
       if (const auto plain = PlainAddress(proxy)) proxies.insert(*plain);
@@ -72,7 +69,9 @@ struct Limits {
   }
   const HttpDoorOptions& options;
   const std::shared_ptr<Budget> bodies;  // shared with requests that outlive the door
+  const std::shared_ptr<Budget> answers;
   Budget connections;
+  Budget connections_of_owner;    // whom no stranger keeps out
   Budget followers;               // of them: those who follow events, who leave room for others
   std::set<std::string> proxies;  // that are believed
 };
@@ -86,6 +85,8 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
         limits_(*limits),
         timer_(*timer),
         reader_(timer, limits->options.body_bytes_max),
+        reader_of_none_(timer, 0),
+        taken_(is_of_owner ? &limits->connections_of_owner : &limits->connections),
         table_(table),
         known_(known),
         is_of_owner_(is_of_owner),
@@ -99,9 +100,10 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
 
   // Takes connections for ever.
   kj::Promise<void> Accept(kj::ConnectionReceiver* port) {
-    if (!limits_.connections.Take(1)) return AcceptLater(port);
-    auto place = kj::heap(kj::defer([this] { limits_.connections.Give(1); }));
-    return port->accept()
+    if (!taken_->Take(1)) return AcceptLater(port);
+    auto place = kj::heap(kj::defer([this] { taken_->Give(1); }));
+    // It may throw instead of promising, and that must reach the handler below, too.
+    return kj::evalNow([port] { return port->accept(); })
         .then([this, place = kj::mv(place)](kj::Own<kj::AsyncIoStream> connection) mutable {
           connections_.add(server_.listenHttp(kj::mv(connection)).attach(kj::mv(place)));
         })
@@ -164,7 +166,10 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     if (is_events) return Follow(asked, method == kj::HttpMethod::GET, headers, response);
     if (ComesInParts(asked))
       return TakeParts(body, arriving, timer_.now() + kBodyTime, std::nullopt, response);
-    return timer_.timeoutAfter(kBodyTime, reader_.ReadAll(body, arriving))
+    // Who asks may be anybody, and whose token it is comes later: nothing is kept for them.
+    const bool has_body = asked.method != "GET" && asked.method != "OPTIONS";
+    const BodyReader& reader = has_body ? reader_ : reader_of_none_;
+    return timer_.timeoutAfter(kBodyTime, reader.ReadAll(body, arriving))
         .catch_([arriving](kj::Exception&& exception) {
           if (exception.getType() == kj::Exception::Type::FAILED) {
             arriving->refusal = Problem(400, "the body is no HTTP: its chunks cannot be read");
@@ -300,6 +305,10 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
   kj::Promise<void> Send(HttpAnswer answer, LoggedResponse& response) {
     if (!answer.who.empty()) response.entry().who = answer.who;
     response.entry().upload = answer.upload;
+    auto share = kj::heap<BudgetShare>(limits_.answers);
+    if (answer.body.size() > kSmallAnswerBytes && !share->Grow(answer.body.size())) {
+      answer = ComeAgain(503, "the answers on their way fill the memory: ask again in a while", 5);
+    }
     auto shared = kj::heap<HttpAnswer>(std::move(answer));
     kj::HttpHeaders headers(table_);
     if (!shared->content_type.empty() && shared->code != 304) {
@@ -315,7 +324,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     if (!shared->body.empty())
       sent =
           timer_.timeoutAfter(kSendTime, stream->write(shared->body.data(), shared->body.size()));
-    return sent.attach(kj::mv(stream), kj::mv(shared));
+    return sent.attach(kj::mv(stream), kj::mv(shared), kj::mv(share));
   }
 
   // Server-sent events, from the entry after the last one that the client has.
@@ -330,9 +339,8 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     }
     if (!last.empty()) ++first;
     if (!limits_.followers.Take(1)) {
-      HttpAnswer full = Problem(503, "too many clients follow the city: come again later");
-      full.headers.emplace_back("Retry-After", "60");
-      return Send(std::move(full), response);
+      return Send(ComeAgain(503, "too many clients follow the city: come again later", 60),
+                  response);
     }
     auto place = kj::heap(kj::defer([this] { limits_.followers.Give(1); }));
     kj::HttpHeaders answer(table_);
@@ -341,28 +349,28 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     auto stream = response.send(200, "OK"_kj, answer);
     if (!wants_body) return kj::READY_NOW;
     kj::AsyncOutputStream& out = *stream;
+    auto asked = std::make_shared<HttpRequest>(request);
     return out.write(": veduta\n\n", 10)
-        .then([this, &out, first, sight = request.sight] {
-          return TellNews(out, first, sight, kAliveTime);
-        })
+        .then([this, &out, first, asked] { return TellNews(out, first, asked, kAliveTime); })
         .attach(kj::mv(stream), kj::mv(place));
   }
 
   // `silence`: what is left of it until the client hears that the line is alive.
-  kj::Promise<void> TellNews(kj::AsyncOutputStream& out, uint64_t first, const Sight& sight,
-                             kj::Duration silence) {
+  kj::Promise<void> TellNews(kj::AsyncOutputStream& out, uint64_t first,
+                             const std::shared_ptr<HttpRequest>& asked, kj::Duration silence) {
+    if (!service_->StillAllows(asked.get())) return kj::READY_NOW;  // the token may be revoked
     auto paf = kj::newPromiseAndCrossThreadFulfiller<Result<CityEvents>>();
     const Sender<Result<CityEvents>> sender(kj::mv(paf.fulfiller));
-    service_->TellEvents(first, sight, sender);
+    service_->TellEvents(first, asked->sight, sender);
     return paf.promise.then(
-        [this, &out, first, sight, silence](Result<CityEvents> events) -> kj::Promise<void> {
+        [this, &out, first, asked, silence](Result<CityEvents> events) -> kj::Promise<void> {
           // A client that is cut off asks again from where it was.
           if (!events.ok() || is_stopping_) return kj::READY_NOW;
           if (!events->text.empty()) {
             auto text = kj::heap<std::string>(std::move(events->text));
             auto written = timer_.timeoutAfter(kSendTime, out.write(text->data(), text->size()));
-            return written.attach(kj::mv(text)).then([this, &out, sight, next = events->next] {
-              return TellNews(out, next, sight, kAliveTime);
+            return written.attach(kj::mv(text)).then([this, &out, asked, next = events->next] {
+              return TellNews(out, next, asked, kAliveTime);
             });
           }
           kj::Promise<void> wait = timer_.afterDelay(kNewsTime);
@@ -373,7 +381,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
             left = kAliveTime;
           }
           return wait.then(
-              [this, &out, first, sight, left] { return TellNews(out, first, sight, left); });
+              [this, &out, first, asked, left] { return TellNews(out, first, asked, left); });
         });
   }
 
@@ -388,6 +396,8 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
   Limits& limits_;
   kj::Timer& timer_;
   const BodyReader reader_;
+  const BodyReader reader_of_none_;  // of requests that have no body
+  Budget* const taken_;              // connections
   const kj::HttpHeaderTable& table_;
   const KnownHeaders& known_;
   const bool is_of_owner_;  // no browser comes by its socket
@@ -422,8 +432,7 @@ Status ServeOnThread(CityService* service, Limits* limits, int socket, int owner
       paf.promise.wait(io.waitScope);
     }
     service->Close();
-    door.Drain().wait(io.waitScope);
-    if (owners >= 0) owners_door.Drain().wait(io.waitScope);
+    kj::joinPromises(kj::arr(door.Drain(), owners_door.Drain())).wait(io.waitScope);
     return Status::Ok();
   } catch (const kj::Exception& exception) {
     return Status::IoError("cannot serve at " + limits->options.address + ": " +

@@ -95,7 +95,21 @@ HttpAnswer ProblemOf(const Status& status) {
     answer.body = JsonLine(json) + "\n";
   }
   if (answer.code == 503) answer.headers.emplace_back("Retry-After", kRetryAfterS);
+  answer.is_of_disk = status.code() == StatusCode::kIoError;
   return answer;
+}
+
+HttpAnswer ComeAgain(uint32_t code, const std::string& detail, uint32_t seconds) {
+  HttpAnswer answer = Problem(code, detail);
+  answer.headers.emplace_back("Retry-After", std::to_string(seconds));
+  return answer;
+}
+
+std::string MediaType(std::string header) {
+  header.resize(std::min(header.size(), header.find(';')));
+  while (!header.empty() && header.back() == ' ') header.pop_back();
+  for (char& c : header) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return header;
 }
 
 std::string HeaderOf(const HttpAnswer& answer, const std::string& name) {
@@ -132,7 +146,9 @@ std::optional<HttpAnswer> RefuseBody(const HttpRequest& request) {
                             "': send the bytes of the photo as they are, as image/jpeg or another "
                             "image type");
   }
-  if (request.body.empty()) return Problem(400, "there is no photo: the body is empty");
+  // The owner's `veduta add` is told what becomes of an empty file, as without a daemon.
+  if (request.body.empty() && !request.is_of_owner)
+    return Problem(400, "there is no photo: the body is empty");
   return std::nullopt;
 }
 

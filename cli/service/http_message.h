@@ -45,6 +45,7 @@ struct HttpAnswer {
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers;
   std::vector<std::string> damages = {};  // met, and not shown in the answer; for the log
+  bool is_of_disk = false;                // a failure of the disk (kIoError)
   // For the log alone: whose token it was, and the number in line of the photo that was sent.
   std::string who = {};
   uint64_t upload = 0;
@@ -66,6 +67,11 @@ HttpAnswer Problem(uint32_t code, const std::string& detail, const Json& photo =
 // the database is.
 HttpAnswer ProblemOf(const Status& status);
 
+// A problem that passes: with Retry-After.
+HttpAnswer ComeAgain(uint32_t code, const std::string& detail, uint32_t seconds);
+
+// "text/plain" of "Text/Plain; charset=utf-8".
+std::string MediaType(std::string header);
 // A header of the answer, or one of HeadersOfRoutes; empty where it has none.
 std::string HeaderOf(const HttpAnswer& answer, const std::string& name);
 std::string HeaderOf(const HttpRequest& request, const std::string& name);

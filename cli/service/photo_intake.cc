@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cli/service/path_numbers.h"
+#include "cli/service/photo_name.h"
 #include "cli/wire/added_json.h"
 #include "storage/base/option_bounds.h"
 
@@ -89,6 +90,13 @@ struct PhotoIntake::Upload {
   Upload(std::string name_of_it, std::string sender, uint64_t size)
       : name(std::move(name_of_it)), contributor(std::move(sender)), size_bytes(size) {}
 
+  struct Listener {
+    UploadHeard heard;
+    std::optional<std::weak_ptr<const void>> waiting;
+
+    bool has_left() const { return waiting && waiting->expired(); }
+  };
+
   const std::string name, contributor;
   const uint64_t size_bytes;
   // The rest is guarded by the intake's mutex.
@@ -98,8 +106,10 @@ struct PhotoIntake::Upload {
   uint32_t tries = 0;      // after which it awaited its camera
   uint64_t try_again = 0;  // once so many photos are stored
   std::optional<Result<AddOutcome>> ended;
-  std::string why_not;             // why its turn has failed, or has not come
-  std::vector<UploadHeard> heard;  // by those who wait
+  std::string why_not;          // why its turn has failed, or has not come
+  std::vector<Listener> heard;  // those who wait
+
+  size_t look_at = 16;  // so many of them, for some may have left
 
   UploadNews news() const { return {number, name, contributor, ended, why_not, awaits_camera}; }
 };
@@ -195,6 +205,10 @@ void PhotoIntake::EndUpload(Upload* upload, const Result<AddOutcome>& outcome) {
 
 void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
   if (auto refusal = RefuseBody(request)) return answered(*std::move(refusal));
+  if (!request.is_of_owner) {  // who may have files of any name
+    const Status named = CheckPhotoName(Parameter(request, "name"));
+    if (!named.ok()) return answered(ProblemOf(named));
+  }
   uint32_t contribution = 0;
   std::string sender = request.who.empty() ? "anonymous" : request.who;
   if (const std::string text = Parameter(request, "contribution"); !text.empty()) {
@@ -257,7 +271,8 @@ std::variant<uint64_t, HttpAnswer> PhotoIntake::Accept(Engine* engine, PhotoSubm
                                 ticket.status().message()));
 }
 
-std::optional<HttpAnswer> PhotoIntake::Await(uint64_t upload, UploadHeard heard) {
+std::optional<HttpAnswer> PhotoIntake::Await(uint64_t upload, UploadHeard heard,
+                                             std::optional<std::weak_ptr<const void>> waiting) {
   UploadNews news;
   {
     const std::lock_guard lock(mutex_);
@@ -265,7 +280,12 @@ std::optional<HttpAnswer> PhotoIntake::Await(uint64_t upload, UploadHeard heard)
     if (found == uploads_.end()) return UnknownUpload(upload);
     Upload& known = *found->second;
     if (!known.ended && known.is_in_line && !is_closing_) {
-      known.heard.push_back(std::move(heard));
+      // Whoever asks and leaves, again and again, is kept once.
+      if (known.heard.size() >= known.look_at) {
+        std::erase_if(known.heard, &Upload::Listener::has_left);
+        known.look_at = std::max<size_t>(16, 2 * known.heard.size());
+      }
+      known.heard.push_back({std::move(heard), std::move(waiting)});
       return std::nullopt;
     }
     news = known.news();
@@ -407,7 +427,7 @@ HttpAnswer PhotoIntake::UnknownUpload(uint64_t upload) {
 }
 
 void PhotoIntake::End(const std::shared_ptr<Upload>& upload, const Result<AddOutcome>& outcome) {
-  std::vector<UploadHeard> heard;
+  std::vector<Upload::Listener> heard;
   UploadNews news;
   // Short memory must not end the thread that applies photos. The connection tells of a failure
   // where the answer is never made.
@@ -426,7 +446,7 @@ void PhotoIntake::End(const std::shared_ptr<Upload>& upload, const Result<AddOut
   }
   try {
     ended_(news.number, upload->name, outcome);
-    for (const UploadHeard& one : heard) one(news);
+    for (const Upload::Listener& one : heard) one.heard(news);
   } catch (const std::exception&) {
   }
 }
@@ -445,8 +465,8 @@ void PhotoIntake::Close() {
     const std::lock_guard lock(mutex_);
     is_closing_ = true;
     for (const auto& [number, upload] : uploads_) {
-      for (UploadHeard& heard : std::exchange(upload->heard, {}))
-        told.emplace_back(std::move(heard), upload->news());
+      for (Upload::Listener& one : std::exchange(upload->heard, {}))
+        told.emplace_back(std::move(one.heard), upload->news());
     }
   }
   for (const auto& [heard, news] : told) heard(news);

@@ -82,7 +82,9 @@ class PhotoIntake final {
   // Tells what becomes of an upload, once: when it has had its turn, or where the turn cannot come
   // now, since the daemon closes or the disk fails. 404 where nothing is known of it: `heard` is
   // not called then.
-  std::optional<HttpAnswer> Await(uint64_t upload, UploadHeard heard);
+  // Who waits no longer lets go of what `waiting` refers to, where that is given.
+  std::optional<HttpAnswer> Await(uint64_t upload, UploadHeard heard,
+                                  std::optional<std::weak_ptr<const void>> waiting = {});
   // Puts the photos in line that wait on the disk and are not in line: an earlier daemon has left
   // them, the disk failed when their turn came, or their camera could not be told and, unless all
   // of those are to be tried, 2^n photos were stored since the n-th try. Forgets those that are

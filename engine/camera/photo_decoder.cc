@@ -37,7 +37,8 @@ std::string Excess(const ImageSize& size, const DecodeLimits& limits) {
 
 // Sets the layout by the rule in the header; false if neither way round has the size wanted.
 bool ChooseLayout(ImageSize wanted, DecodedPhoto* photo) {
-  if (wanted.empty() || photo->upright_size == wanted) {
+  const bool keeps_sides = KeepsSides(photo->orientation);
+  if (wanted.empty() || (photo->upright_size == wanted && !keeps_sides)) {
     photo->layout = PhotoLayout::kUpright;
     return true;
   }

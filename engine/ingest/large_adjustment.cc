@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "engine/ingest/due_work.h"
-#include "engine/ingest/lens_refinement.h"
 #include "engine/ingest/reconstruction_adjustment.h"
 #include "engine/ingest/submaps.h"
 
@@ -56,6 +55,7 @@ Status LargeAdjustment::Compute() {
                                                                reconstruction_));
   if (!IsRefinementDue(found_.record)) return Status::Ok();
   WithLenses& other = with_lenses_.emplace();
+  VEDUTA_ASSIGN_OR_RETURN(other.before, ListLenses(*base, found_.images));
   MapLoader other_loader(base, parts_.features, &other.map);
   VEDUTA_ASSIGN_OR_RETURN(other.healing, AdjustReconstruction({&other_loader, &other.map,
                                                                parts_.pool, parts_.options.mapper},
@@ -76,6 +76,10 @@ Result<AdjustedWhole> LargeAdjustment::Commit(CityMap* map) {
   }
   if (is_due_anew || !IsUnchanged(found_.record, now))
     return CarryOver(PartsWith(map), found_, std::move(scope));
+  if (with_lenses_) {
+    VEDUTA_ASSIGN_OR_RETURN(const LensesOfImages lenses, ListLenses(*scope.base, found_.images));
+    if (lenses != with_lenses_->before) with_lenses_.reset();
+  }
   map->Clear();  // it holds the poses and points of before
   return WriteAdjustedWhole(PartsWith(with_lenses_ ? &with_lenses_->map : &found_.map),
                             reconstruction_, with_lenses_ ? with_lenses_->healing : found_.healing,

@@ -12,6 +12,7 @@
 #include "engine/ingest/carrying_over.h"
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/ingest_parts.h"
+#include "engine/ingest/lens_refinement.h"
 #include "engine/ingest/relaxation_steps.h"
 
 namespace veduta {
@@ -39,8 +40,10 @@ class LargeAdjustment final {
   const ReconstructionId reconstruction_;
   bool is_relaxed_ = false;
   FoundAdjustment found_;  // otherwise
-  // The same with refined lenses, where that is due: taken where nothing has changed meanwhile.
+  // The same with refined lenses, where that is due: taken where nothing has changed meanwhile, the
+  // lenses that were refined included, which another reconstruction may have, too.
   struct WithLenses {
+    LensesOfImages before;
     CityMap map;
     Healing healing;
   };

@@ -114,6 +114,38 @@ std::string NextName(const std::string& name, std::span<const CameraRecord> know
   }
 }
 
+// What a refinement changes of a map, to be put back to the last bit.
+class MapAsItWas final {
+ public:
+  MapAsItWas(CityMap* map, std::span<const ImageId> images) : map_(map) {
+    for (const ImageId id : images) {
+      const MapImage& image = map->image(id);
+      views_.push_back({id, image.camera, image.cam_from_world});
+    }
+    for (const PointId id : map->PointsSeenBy(images))
+      points_.push_back({id, map->point(id).position});
+  }
+
+  void PutBack() const {
+    for (const View& view : views_) {
+      map_->SetCamera(view.image, view.camera);
+      map_->SetPose(view.image, view.cam_from_world);
+    }
+    for (const auto& [id, position] : points_) map_->SetPosition(id, position);
+  }
+
+ private:
+  struct View {
+    ImageId image;
+    Pinhole camera;
+    Rigid3 cam_from_world;
+  };
+
+  CityMap* const map_;
+  std::vector<View> views_;
+  std::vector<std::pair<PointId, Eigen::Vector3d>> points_;
+};
+
 // Refines the focal lengths of the families, each of which has one.
 Result<std::vector<RefinedLens>> Refine(const MappingContext& context,
                                         std::span<const ImageId> images,
@@ -139,6 +171,8 @@ Result<std::vector<RefinedLens>> Refine(const MappingContext& context,
 void KeepForOthers(CameraFamily* family, std::vector<CameraRecord>* known, DatabaseState* state,
                    Transaction* transaction) {
   CameraRecord kept = family->main();
+  kept.awaited_photos.clear();
+  kept.awaited_list = {};
   const auto others = std::ranges::subrange(family->cameras.begin() + 1, family->cameras.end());
   auto at = std::ranges::find(others, kept.model, &CameraRecord::model);
   const bool is_there = at != others.end();
@@ -160,6 +194,16 @@ void KeepForOthers(CameraFamily* family, std::vector<CameraRecord>* known, Datab
 
 }  // namespace
 
+Result<LensesOfImages> ListLenses(const Snapshot& snapshot, const std::set<ImageId>& images) {
+  LensesOfImages lenses;
+  for (const ImageId id : images) {
+    VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
+    VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
+    lenses.push_back({camera.id, camera.model});
+  }
+  return lenses;
+}
+
 bool IsRefinementDue(const ReconstructionRecord& record) {
   if (record.image_count < kImagesMin || record.image_count > kImagesMax) return false;
   if (record.images_at_adjustment == 0) return false;
@@ -174,12 +218,14 @@ Result<std::vector<RefinedLens>> RefineLenses(const MappingContext& context,
   VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraFamily> families,
                           ListFamilies(context.loader->snapshot(), reconstruction));
   std::erase_if(families, [](const CameraFamily& family) { return !family.IsMostlyOwn(); });
+  if (families.empty()) return std::vector<RefinedLens>();
   for (const CameraFamily& family : families) {
     for (const ImageRecord& image : family.own) {
       const auto camera = std::ranges::find(family.cameras, image.camera, &CameraRecord::id);
       context.map->ScaleFocal(image.id, family.main().model.fx / camera->model.fx);
     }
   }
+  const MapAsItWas before(context.map, images);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<RefinedLens> lenses, Refine(context, images, families));
   // What hardly changes is held: others would need cameras of their own for nothing.
   std::vector<CameraFamily> changing;
@@ -189,9 +235,7 @@ Result<std::vector<RefinedLens>> RefineLenses(const MappingContext& context,
       changing.push_back(families[i]);
   }
   if (changing.size() == families.size()) return lenses;
-  for (size_t i = 0; i < families.size(); ++i)
-    for (const ImageRecord& image : families[i].own)
-      context.map->ScaleFocal(image.id, 1 / lenses[i].factor);
+  before.PutBack();
   return Refine(context, images, changing);
 }
 

@@ -145,6 +145,10 @@ void CityMap::ScaleFocal(ImageId id, double factor) {
   camera.fx *= factor, camera.fy *= factor;
 }
 
+void CityMap::SetCamera(ImageId id, const Pinhole& camera) {
+  MutableImage(id).camera = camera;
+}
+
 void CityMap::SetPose(ImageId id, const Rigid3& cam_from_world) {
   MutableImage(id).cam_from_world = cam_from_world;
   changes_.poses.insert(id);

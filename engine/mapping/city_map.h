@@ -85,6 +85,7 @@ class CityMap {
   void SetPose(ImageId id, const Rigid3& cam_from_world);
   // The image's focal length is so many times what it was. What it sees is not measured anew.
   void ScaleFocal(ImageId id, double factor);
+  void SetCamera(ImageId id, const Pinhole& camera);  // likewise
   // The image loses its pose and is forgotten, with its observations. Points that it was home to
   // get another of their images as their home, the first, and so another name. Loaded must be all
   // that MapLoader::LoadToUnplace loads.

@@ -195,9 +195,10 @@ Status CheckPhoto(const CheckedCity& city, const ImageRecord& image, std::string
   const bool is_turned = header.orientation > 4;  // EXIF 5 to 8 exchange the sides
   const ImageSize upright{is_turned ? header.stored_size.height_px : header.stored_size.width_px,
                           is_turned ? header.stored_size.width_px : header.stored_size.height_px};
+  const ImageSize recorded{image.width_px, image.height_px};
   violations->Expect(
       header.outcome == HeaderOutcome::kRead &&
-          upright == ImageSize{image.width_px, image.height_px},
+          (upright == recorded || header.stored_size == recorded),  // as DecodePhoto takes them
       [&] { return NameOf(image.id) + ": the stored photo is not of the recorded size"; });
   // One that was added before positions were read has none.
   violations->Expect(!image.gps || image.gps == ReadExifGps(header.exif), [&] {

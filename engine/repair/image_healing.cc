@@ -16,6 +16,22 @@ bool RecoverCamera(CameraId id, HealingWork* healing) {
   return true;
 }
 
+// Where RocksDB's list of files is lost, an older record may have come back, from before its focal
+// length was refined; the journal has the last one.
+void TakeNewerLens(CameraId id, HealingWork* healing) {
+  const auto told = healing->told_cameras.find(id);
+  CameraRecord& camera = healing->cameras.at(id);
+  if (!healing->source.is_pieced_together() || told == healing->told_cameras.end() ||
+      told->second.name != camera.name || told->second.model == camera.model) {
+    return;
+  }
+  healing->notes.Add(
+      "camera " + std::to_string(id.value) + " has another lens than the journal says",
+      "it has that of the journal");
+  camera.model = told->second.model;
+  camera.is_refinable = told->second.is_refinable;
+}
+
 bool SameDescriptors(const Result<Features>& stored, const Features& features) {
   return stored.ok() && stored->keypoints == features.keypoints &&
          stored->descriptors == features.descriptors;
@@ -43,23 +59,67 @@ Remains ReadRemains(const Salvage& source) {
 }
 
 // The cameras that may have taken the photo, each with the features that it leads to. Where those
-// that are stored are among them, that camera alone: extraction is deterministic.
-using Fitting = std::vector<std::pair<const CameraRecord*, PreparedPhoto>>;
+// that are stored are among them, those cameras alone: extraction is deterministic. There may be
+// several then: cameras that differ by a focal length that was refined lead to the same features.
+struct Fitting {
+  std::vector<std::pair<const CameraRecord*, PreparedPhoto>> cameras;
+  bool has_stored_features = false;
+
+  bool IsTold() const { return has_stored_features || cameras.size() == 1; }
+};
+
 Result<Fitting> FittingCameras(const std::vector<uint8_t>& bytes, const Result<Features>& stored,
                                const HealingWork& healing) {
-  Fitting fitting;
+  Fitting fitting, same;
   for (const auto& [id, camera] : healing.cameras) {
     PreparedPhoto photo = healing.preparer.Extract({"", "", bytes}, camera.model);
     VEDUTA_RETURN_IF_ERROR(photo.failure);
     if (photo.reason != Reason::kNone) continue;
-    if (SameDescriptors(stored, photo.features)) {
-      fitting.clear();
-      fitting.push_back({&camera, std::move(photo)});
-      return fitting;
-    }
-    fitting.push_back({&camera, std::move(photo)});
+    same.has_stored_features = same.has_stored_features || SameDescriptors(stored, photo.features);
+    Fitting& of = SameDescriptors(stored, photo.features) ? same : fitting;
+    of.cameras.push_back({&camera, std::move(photo)});
   }
-  return fitting;
+  return same.has_stored_features ? std::move(same) : std::move(fitting);
+}
+
+// The one of them that other images have whose poses are in the same reconstruction, whose
+// structure rests on its focal length; the first where that does not tell.
+Result<size_t> ChooseCamera(const Fitting& fitting, const std::optional<PoseRecord>& pose,
+                            const HealingWork& healing) {
+  if (!pose || fitting.cameras.size() == 1) return size_t{0};
+  for (const auto& [id, image] : healing.images) {
+    const auto at = std::ranges::find_if(
+        fitting.cameras, [&](const auto& entry) { return entry.first->id == image.camera; });
+    if (at == fitting.cameras.end()) continue;
+    const Result<std::optional<PoseRecord>> other = healing.from().FindPose(id);
+    if (!other.ok() && !IsDamage(other.status())) return other.status();
+    if (other.ok() && *other && (*other)->reconstruction == pose->reconstruction)
+      return static_cast<size_t>(at - fitting.cameras.begin());
+  }
+  return size_t{0};
+}
+
+// What the photo tells of itself, and what it came with.
+Status FillFromPhoto(const std::vector<uint8_t>& bytes, const HealingWork& healing,
+                     ImageRecord* record) {
+  const PhotoExamination examined = healing.preparer.decoder().Examine(bytes);
+  record->gps = examined.gps;
+  record->taken = examined.taken;
+  record->media_type = MediaTypeOf(examined.header.format);
+  record->size_bytes = bytes.size();
+  const ContributingReader& contributing = healing.from().contributing();
+  const auto is_its_own = [&](const ContributedPhoto& photo) {
+    if (photo.image == record->id && photo.fate == ContributionFate::kStored)
+      record->contribution = photo.contribution;
+    return record->contribution == 0;
+  };
+  Status read;
+  const Status scanned = contributing.ScanContributions(1, [&](const ContributionRecord& of_all) {
+    read = contributing.ScanContributedPhotos(of_all.number, 0, is_its_own);
+    return read.ok() && record->contribution == 0;
+  });
+  if (!scanned.ok() && !IsDamage(scanned)) return scanned;
+  return read.ok() || IsDamage(read) ? Status::Ok() : read;
 }
 
 // Why the image is where it is, as the journal has it.
@@ -105,7 +165,8 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
   record.photo = photo->second;
   const Result<std::optional<PoseRecord>> pose = healing->from().FindPose(id);
   if (!pose.ok() && !IsDamage(pose.status())) return pose.status();
-  FillFromJournal(*healing, pose.ok() && pose->has_value(), &record);
+  const std::optional<PoseRecord> its_pose = pose.ok() ? *pose : std::optional<PoseRecord>();
+  FillFromJournal(*healing, its_pose.has_value(), &record);
   FillName(remains, &record);
   const Result<std::vector<uint8_t>> bytes = healing->source.GetPhoto(record.photo);
   if (!bytes.ok()) {
@@ -118,17 +179,18 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
   const Result<Features> stored = healing->from().GetFeatures(record.photo);
   if (!stored.ok() && !IsDamage(stored.status())) return stored.status();
   VEDUTA_ASSIGN_OR_RETURN(const Fitting fitting, FittingCameras(*bytes, stored, *healing));
-  if (fitting.size() != 1) {
+  if (!fitting.IsTold()) {
     healing->notes.Add(damage, "its camera cannot be told, so the photo is written to a folder");
     healing->notes.loose.push_back({record.name, record.photo, "", record.contributor});
     healing->StandIn(id, {record.name, record.contributor});
     return Status::Ok();
   }
-  const PreparedPhoto& prepared = fitting.front().second;
-  record.camera = fitting.front().first->id;
+  VEDUTA_ASSIGN_OR_RETURN(const size_t chosen, ChooseCamera(fitting, its_pose, *healing));
+  const auto& [camera, prepared] = fitting.cameras[chosen];
+  record.camera = camera->id;
   record.width_px = prepared.width_px;
   record.height_px = prepared.height_px;
-  record.size_bytes = bytes->size();
+  VEDUTA_RETURN_IF_ERROR(FillFromPhoto(*bytes, *healing, &record));
   record.feature_count = static_cast<uint32_t>(prepared.features.size());
   healing->notes.Add(damage, "the record of photo '" + record.name + "' is made again");
   healing->images[id] = std::move(record);
@@ -177,10 +239,10 @@ Status RecoverStrays(const std::set<ContentHash>& strays, HealingWork* healing) 
                             FittingCameras(*bytes, healing->from().GetFeatures(photo), *healing));
     const PhotoName name = NameOfStray(photo, *healing);
     healing->notes.Add("a photo belongs to no image, while records are lost",
-                       fitting.size() == 1 ? "it is added again as '" + name.name + "'"
-                                           : "it is written to a folder as '" + name.name + "'");
+                       fitting.IsTold() ? "it is added again as '" + name.name + "'"
+                                        : "it is written to a folder as '" + name.name + "'");
     healing->notes.loose.push_back({name.name, photo,
-                                    fitting.size() == 1 ? fitting.front().first->name : "",
+                                    fitting.IsTold() ? fitting.cameras.front().first->name : "",
                                     name.contributor});
   }
   return Status::Ok();
@@ -193,6 +255,7 @@ Status HealCameras(HealingWork* healing) {
     const Result<CameraRecord> camera = healing->from().GetCamera(id);
     if (camera.ok()) {
       healing->cameras[id] = *camera;
+      TakeNewerLens(id, healing);
       return true;
     }
     if (!IsDamage(camera.status())) return camera.status();

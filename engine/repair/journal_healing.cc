@@ -108,7 +108,11 @@ Status HealJournal(HealingWork* healing) {
 
 Status RestateJournal(HealingWork* healing) {
   for (const auto& [id, camera] : healing->cameras) {
-    if (healing->told.cameras.contains(camera.name)) continue;
+    const auto told = healing->told_cameras.find(id);
+    const bool is_told_so = told != healing->told_cameras.end() &&
+                            told->second.model == camera.model &&
+                            told->second.is_refinable == camera.is_refinable;
+    if (is_told_so && healing->told.cameras.contains(camera.name)) continue;
     VEDUTA_RETURN_IF_ERROR(Append("veduta", "camera", {}, {}, CameraEntry(camera), healing));
   }
   for (const auto& [id, image] : healing->images)

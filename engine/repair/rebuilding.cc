@@ -195,8 +195,12 @@ Status AddLoosePhotos(const HealingWork& healing, Engine* engine) {
 
 Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const HealingWork& healing,
                                                             Engine* engine) {
-  for (const auto& [id, camera] : healing.cameras)
-    VEDUTA_RETURN_IF_ERROR(engine->AddCamera(camera.name, camera.model, camera.source).status());
+  for (const auto& [id, camera] : healing.cameras) {
+    VEDUTA_RETURN_IF_ERROR(
+        EngineParts::Of(*engine)
+            .AddCamera(camera.name, camera.model, camera.source, camera.is_refinable)
+            .status());
+  }
   std::vector<PhotoToAdd> photos;
   for (const auto& [id, image] : healing.images) {
     if (healing.FindPhoto(id) == nullptr) continue;

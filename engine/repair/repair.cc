@@ -237,6 +237,10 @@ Result<RepairAnswer> RunRepair(const std::string& path, const RepairRequest& req
   std::error_code error;
   if (!std::filesystem::is_directory(folders.database, error))
     return Status::NotFound("there is no database at " + path + ": create one with 'veduta init'");
+  if (!HasFilesOfDatabase(folders.database))
+    return Status::NotFound(path +
+                            " is not a veduta database: it has no file VEDUTA, and no other "
+                            "file of one");
   VEDUTA_RETURN_IF_ERROR(CheckCanBeRenamed(folders));
   return Repairer(RepairFoldersFor(path), request, watch).Run();
 }

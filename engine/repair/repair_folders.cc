@@ -128,6 +128,17 @@ RepairFolders RepairFoldersFor(const std::string& path) {
   }
 }
 
+bool HasFilesOfDatabase(const std::string& folder) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename(), ending = entry.path().extension();
+    if (name == "VEDUTA" || name == "CURRENT" || name.starts_with("MANIFEST-") ||
+        ending == ".sst" || ending == ".blob" || ending == ".log")
+      return true;
+  }
+  return false;
+}
+
 Status CheckCanBeRenamed(const RepairFolders& folders) {
   struct statx own = {}, parent = {};
   const std::string above = fs::path(folders.database).parent_path().string();

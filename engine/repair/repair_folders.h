@@ -32,6 +32,7 @@ RepairFolders RepairFoldersFor(const std::string& path);
 
 // kInvalidArgument where the database's folder is one that cannot be renamed, since a file system
 // is mounted there.
+bool HasFilesOfDatabase(const std::string& folder);
 Status CheckCanBeRenamed(const RepairFolders& folders);
 
 // Where an earlier switch was cut short.

@@ -2,6 +2,7 @@
 // Where to look from, and pictures larger and smaller.
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
@@ -128,7 +129,10 @@ Status WritePng(const std::string& path, uint32_t width_px, uint32_t height_px,
     if (cv::imwrite(path, image)) return {};
   } catch (const cv::Exception&) {  // an ending that is no picture's
   }
-  return Status::IoError("cannot write " + path + "; its name must end in .png");
+  const bool is_named_so = std::filesystem::path(path).extension() == ".png";
+  return Status::IoError("cannot write " + path +
+                         (is_named_so ? ": is its folder there, and has the disk room?"
+                                      : "; its name must end in .png"));
 }
 
 }  // namespace veduta

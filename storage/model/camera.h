@@ -4,7 +4,9 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
+#include "storage/base/content_hash.h"
 #include "storage/base/ids.h"
 
 namespace veduta {
@@ -29,6 +31,11 @@ struct CameraRecord {
   // Whether photos of the city alone have told its lens. Its focal length is then refined with what
   // they see; otherwise it stays.
   bool is_refinable = false;
+  // Of a camera that photos have told before they are stored (Engine::CalibrateFirst): those of the
+  // photos that it took, and what names all that were to be added together, in their order. So who
+  // is interrupted goes on as it had begun. Empty and zero once they were added.
+  std::vector<ContentHash> awaited_photos = {};
+  ContentHash awaited_list = {};
 };
 
 }  // namespace veduta

@@ -27,7 +27,10 @@ Status Check(const CameraRecord& camera) {
 
 Result<std::string> Encode(const CameraRecord& camera) {
   VEDUTA_RETURN_IF_ERROR(Check(camera));
-  return WriteMessage<schema::Camera>(camera.name.size() + camera.source.size(), [&](auto to) {
+  const bool awaits = camera.awaited_list != ContentHash();
+  const size_t payload = camera.name.size() + camera.source.size() +
+                         sizeof(ContentHash) * (camera.awaited_photos.size() + (awaits ? 1 : 0));
+  return WriteMessage<schema::Camera>(payload, [&](auto to) {
     to.setName(AsText(camera.name));
     to.setSource(AsText(camera.source));
     to.setWidthPx(camera.model.width_px);
@@ -41,6 +44,8 @@ Result<std::string> Encode(const CameraRecord& camera) {
     to.setU0(camera.model.u0);
     to.setV0(camera.model.v0);
     to.setIsRefinable(camera.is_refinable);
+    if (!camera.awaited_photos.empty()) to.setAwaitedPhotos(AsData(camera.awaited_photos));
+    if (awaits) to.setAwaitedList(AsData(&camera.awaited_list, 1));
   });
 }
 
@@ -53,6 +58,11 @@ Status Decode(std::string_view value, CameraId id, CameraRecord* camera) {
                      from.getCx(),      from.getCy(),       from.getK1(), from.getK2(),
                      from.getU0(),      from.getV0()};
     camera->is_refinable = from.getIsRefinable();
+    if (!CopyRows(from.getAwaitedPhotos(), &camera->awaited_photos))
+      return BadRows("awaited_photos");
+    std::vector<ContentHash> list;
+    if (!CopyRows(from.getAwaitedList(), &list) || list.size() > 1) return BadRows("awaited_list");
+    camera->awaited_list = list.empty() ? ContentHash() : list.front();
     return Damaged(Check(*camera));
   });
 }

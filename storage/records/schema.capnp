@@ -137,6 +137,8 @@ struct Camera {
   u0 @10 :Float64;
   v0 @11 :Float64;
   isRefinable @12 :Bool;
+  awaitedPhotos @13 :Data;  # rows: 32 bytes
+  awaitedList @14 :Data;    # 32 bytes, or none
 }
 
 struct Image {

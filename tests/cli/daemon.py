@@ -3,6 +3,7 @@
 import contextlib
 import http.client
 import json
+import resource
 import signal
 import subprocess
 import time
@@ -17,9 +18,15 @@ class Daemon:
     """`veduta serve` at a port of its own. Leaving it as a context ends it as an administrator
     does, and it must end well."""
 
-    def __init__(self, db, *more, http='127.0.0.1:0', program=VEDUTA):
+    def __init__(self, db, *more, http='127.0.0.1:0', program=VEDUTA, limits={}):
+        """`limits`: of the process, by their numbers of setrlimit."""
+        def set_limits():
+            for which, most in limits.items():
+                resource.setrlimit(which, (most, most))
+
         self.process = subprocess.Popen([program, 'serve', db, '--http', http, '--json', *more],
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                        preexec_fn=set_limits)
         line = self.process.stdout.readline()
         assert line, self.process.stderr.read().decode()
         self.started = json.loads(line)

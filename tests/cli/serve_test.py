@@ -87,7 +87,10 @@ class Asking(Case):
                 (400, 'GET', '/v1/journal?from=1&from=2', 'twice'),
                 (400, 'GET', '/v1/status?verbose=yes', "'verbose'"),
                 (400, 'GET', '/v1/events?from=last', 'NUMBER'),
-                (400, 'POST', '/v1/photos', 'no name'),
+                (400, 'POST', '/v1/photos', 'path below a folder'),
+                (400, 'POST', '/v1/photos?name=../a.jpg', 'leads out'),
+                (400, 'POST', '/v1/photos?name=/a.jpg', 'leads out'),
+                (400, 'POST', '/v1/photos?name=a%0a%00.jpg', 'control characters'),
                 (400, 'POST', '/v1/localize?count=3', "'count'"),
                 (400, 'POST', '/v1/candidates?count=x', "'count'"),
                 (404, 'POST', '/v1/photos?name=a.jpg&camera=none', 'none'),
@@ -228,6 +231,21 @@ class Asking(Case):
                 self.assertFalse(answer.startswith(b'HTTP/1.1 2'), (data[:80], answer))
         self.assertEqual(self.daemon.get('/healthz'), {'status': 'alive'})
         self.assertEqual(self.daemon.ask('GET', '/v1/photos/x.jpg')[0], 404)
+
+    def test_questions_have_no_body(self):
+        for method in ('GET', 'HEAD', 'OPTIONS'):
+            code, _, body = self.daemon.ask(method, '/v1/status', b'x' * 1000)
+            self.assertIn(code, (413,), (method, body))
+
+    def test_connections_that_cannot_be_taken_pass(self):
+        """Where the process has no file to spare, nobody is let in, and all are afterwards."""
+        with Daemon(new_database('no_files'), limits={resource.RLIMIT_NOFILE: 120}) as daemon:
+            host, port = daemon.host.split(':')
+            with contextlib.ExitStack() as held:
+                for _ in range(150):
+                    held.enter_context(socket.create_connection((host, int(port)), timeout=60))
+                time.sleep(0.5)
+            self.assertEqual(daemon.get('/healthz'), {'status': 'alive'})
 
     def test_broken_messages_are_told_and_fill_no_log(self):
         with Daemon(new_database('broken_messages')) as daemon:

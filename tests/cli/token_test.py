@@ -192,6 +192,28 @@ class Tokens(Case):
                          [(2, None, None), (None, 100, None), (None, None, 1), (3, None, None)])
         self.assertIn('2 photos a day', must('token', 'list', db))
 
+    def test_a_size_is_not_negative(self):
+        db = new_database('negative')
+        self.assertEqual(run('token', 'create', db, 'eve', '--role', 'contributor',
+                             '--bytes-per-day', '-5')[0], 2)
+
+    def test_who_follows_is_cut_off_where_the_token_is_revoked(self):
+        db = new_database('revoked')
+        make(db, 'ada', 'admin')
+        token = make(db, 'vera', 'viewer')
+        with Daemon(db) as daemon:
+            host, port = daemon.host.split(':')
+            with contextlib.closing(socket.create_connection((host, int(port)),
+                                                             timeout=60)) as client:
+                client.sendall(f'GET /v1/events HTTP/1.1\r\nHost: {daemon.host}\r\n'
+                               f'Authorization: Bearer {token}\r\n\r\n'.encode())
+                self.assertIn(b'200', client.recv(100))
+                number = next(one['number'] for one in ask('token', 'list', db)
+                              if one['name'] == 'vera')
+                must('token', 'revoke', db, str(number))
+                while client.recv(10_000):  # until it ends
+                    pass
+
     def test_a_strangers_body_is_not_read(self):
         db = new_database('bodies')
         make(db, 'vera', 'viewer')

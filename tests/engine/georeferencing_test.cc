@@ -248,6 +248,8 @@ TEST(Georeferencing, WrongFilesAreNamedAndChangeNothing) {
   refused("EPSG:4326\n15 47 0 1 2 none.jpg p\n", StatusCode::kNotFound, "none.jpg");
   const std::string line = "15 47 0 1 2 " + name + " p\n";
   refused("EPSG:4326\n" + line + line, StatusCode::kInvalidArgument, "two places");
+  refused("EPSG:4326\n15 47 0 99999 2 " + name + " p\n", StatusCode::kInvalidArgument,
+          "outside of photo");
   const auto missing = city.engine().Georeference({.ground_points_path = folder / "no such file"});
   EXPECT_FALSE(missing.ok());
   EXPECT_NE(missing.status().message().find("no such file"), std::string::npos);

@@ -176,7 +176,11 @@ TEST(Removal, RefusesWhatItMust) {
   request.photos = {"#1"};
   request.contributor = "anna";
   EXPECT_EQ(city.engine().Remove(request).status().code(), StatusCode::kInvalidArgument);
+  request.photos.clear();
+  request.contributor = "annna";
+  EXPECT_EQ(city.engine().Remove(request).status().code(), StatusCode::kNotFound);
   request.contributor.clear();
+  request.photos = {"#1"};
   {
     const auto dense = city.parts().dense_pass.TryClaim();
     EXPECT_EQ(city.engine().Remove(request).status().code(), StatusCode::kBusy);

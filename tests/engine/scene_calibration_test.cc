@@ -149,6 +149,49 @@ TEST(FirstCameras, PhotosThatSayTheSameAreOneGroup) {
   EXPECT_TRUE(photos.back().camera.empty());
 }
 
+// Adds the photos until so many are stored.
+void AddSome(City* city, const std::vector<PhotoSubmission>& photos, size_t count) {
+  std::stop_source stop;
+  size_t added = 0;
+  const auto report = [&](const AddOutcome& outcome) {
+    if (++added == count) stop.request_stop();
+  };
+  const Status stopped = city->engine().AddPhotos(photos, report, stop.get_token());
+  EXPECT_EQ(stopped.code(), StatusCode::kCancelled);
+}
+
+// The digest of a city of photos that name no camera, which was interrupted when so many were
+// stored, and begun again.
+std::string DigestOfInterrupted(size_t count) {
+  City city;
+  std::vector<PhotoSubmission> photos = WithoutCamera(Around(10));
+  EXPECT_OK(city.engine().CalibrateFirst(photos));
+  EXPECT_EQ(photos.front().camera, "photos of 512x384");
+  if (count > 0) {
+    AddSome(&city, photos, count);
+    city.Open();
+    photos = WithoutCamera(Around(10));
+    const auto again = city.engine().CalibrateFirst(photos);
+    EXPECT_OK(again);
+    EXPECT_TRUE(again->empty()) << "nothing is calibrated anew";
+  }
+  city.Add(photos);
+  const auto cameras = city.Ask().snapshot().ListCameras();
+  EXPECT_EQ(cameras->size(), 2u) << "with the one that the test has added";
+  for (const CameraRecord& camera : *cameras) {
+    EXPECT_EQ(camera.awaited_list, ContentHash());
+    EXPECT_TRUE(camera.awaited_photos.empty());
+  }
+  EXPECT_GE(city.Counts().placed, 9u) << "of 10";
+  return city.Digest();
+}
+
+TEST(FirstCameras, WhoIsInterruptedGoesOnAsItHadBegun) {
+  const std::string undisturbed = DigestOfInterrupted(0);
+  EXPECT_EQ(DigestOfInterrupted(2), undisturbed) << "before anything is placed";
+  EXPECT_EQ(DigestOfInterrupted(6), undisturbed) << "afterwards";
+}
+
 std::vector<uint8_t> Resized(const std::vector<uint8_t>& jpeg, double scale) {
   cv::Mat small;
   cv::resize(cv::imdecode(jpeg, cv::IMREAD_COLOR), small, {}, scale, scale, cv::INTER_AREA);

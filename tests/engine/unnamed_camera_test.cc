@@ -95,6 +95,33 @@ TEST(UnnamedCamera, WhatComesTooEarlyIsTriedAgainAfterTheOthers) {
   EXPECT_EQ(nowhere.failure.code(), StatusCode::kNotFound);
 }
 
+TEST(UnnamedCamera, TheOrderIsTheSameWhereAddingWasInterrupted) {
+  std::string digests[2];
+  for (const bool is_interrupted : {false, true}) {
+    City city;
+    const std::vector<Stand> walk = Walk(5, 0.5, 12);
+    std::vector<PhotoSubmission> photos = {WithoutCamera(Stand{45, 270}), WithoutCamera(walk[5])};
+    for (size_t i = 0; i < walk.size(); ++i) {
+      if (i != 5) photos.push_back(city.Submit(walk[i]));
+    }
+    if (is_interrupted) {
+      std::stop_source stop;
+      size_t added = 0;
+      const auto report = [&](const AddOutcome&) {
+        if (++added == 8) stop.request_stop();
+      };
+      EXPECT_EQ(city.engine().AddPhotos(photos, report, stop.get_token()).code(),
+                StatusCode::kCancelled);
+      EXPECT_LT(city.Counts().placed, 11u);
+      city.Open();
+    }
+    city.Add(photos);
+    EXPECT_EQ(city.Counts().placed, 12u);
+    digests[is_interrupted] = city.Digest();
+  }
+  EXPECT_EQ(digests[0], digests[1]);
+}
+
 TEST(UnnamedCamera, NamesThatAreTakenAreLeftAlone) {
   City city;
   std::vector<PhotoSubmission> photos;

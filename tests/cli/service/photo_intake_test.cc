@@ -170,6 +170,31 @@ TEST(PhotoIntake, WhoDoesNotWantToWaitAsksLater) {
   EXPECT_EQ(answers.Wait(1).size(), 1u);
 }
 
+TEST(PhotoIntake, WhoHasLeftIsNotKept) {
+  PhotoIntake intake({}, Ignore);
+  City city;
+  Answers answers;
+  std::atomic<int> heard = 0;
+  const auto kept = std::make_shared<int>();  // by each that is heard later
+  const auto listen = [&heard, kept](const UploadNews&) { ++heard; };
+  const auto staying = std::make_shared<int>();
+  {
+    Writer::Turn turn = city.parts().writer->Take();
+    HttpRequest photo = NoPhoto(1);
+    photo.prefers_async = true;
+    intake.Take(&city.engine(), photo, answers.Take());
+    answers.Wait(1);
+    EXPECT_FALSE(intake.Await(1, listen, std::weak_ptr<const void>(staying)).has_value());
+    for (int i = 0; i < 1000; ++i) {
+      const auto leaving = std::make_shared<int>();
+      EXPECT_FALSE(intake.Await(1, listen, std::weak_ptr<const void>(leaving)).has_value());
+    }
+    EXPECT_LT(kept.use_count(), 40);
+  }
+  while (Json::parse(intake.Find(1).body)["state"] == "waiting") std::this_thread::yield();
+  while (heard == 0) std::this_thread::yield();
+}
+
 TEST(PhotoIntake, ClosingAnswersWhoWaits) {
   PhotoIntake intake({.photos_max = 8}, Ignore);
   City city;

@@ -235,6 +235,19 @@ TEST(DecodePhoto, TurnsJpegsUprightByExif) {
   }
 }
 
+TEST(Orientation, TellsWhereAPixelIsStored) {
+  const cv::Mat stored = TestPicture(48, 32);
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    const ImageSize size = UprightSize({48, 32}, orientation);
+    for (int v = 0; v < static_cast<int>(size.height_px); ++v) {
+      for (int u = 0; u < static_cast<int>(size.width_px); ++u) {
+        const cv::Point2d at = StoredPoint({1.0 * u, 1.0 * v}, {48, 32}, orientation);
+        ASSERT_EQ(stored.at<cv::Vec3b>(cv::Point(at)), StoredPixel(stored, orientation, u, v));
+      }
+    }
+  }
+}
+
 TEST(DecodePhoto, TurnsWebpsUprightByExif) {
   const cv::Mat picture = TestPicture(48, 32);
   for (int orientation = 1; orientation <= 8; ++orientation) {
@@ -336,9 +349,14 @@ TEST(DecodePhoto, PicksTheLayoutOfTheSizeWanted) {
   EXPECT_EQ(DecodePhoto(plain, kLimits, {32, 48}).outcome, DecodeOutcome::kWrongSize);
   EXPECT_EQ(DecodePhoto(plain, kLimits, {32, 48}).detail,
             "the photo has 48x32 px, the camera 32x48");
-  // Half a turn keeps the size: upright goes first.
-  ExpectUpright(DecodePhoto(WithExif(plain, testing::ExifBlock(3, true)), kLimits, {48, 32}),
-                stored, 3);
+  // Half a turn, or a mirror, keeps the size: the camera is that of the sensor.
+  for (const int orientation : {2, 3, 4}) {
+    const FileBytes photo = WithExif(plain, testing::ExifBlock(orientation, true));
+    const DecodedPhoto decoded = DecodePhoto(photo, kLimits, {48, 32});
+    EXPECT_EQ(decoded.layout, PhotoLayout::kAsStored);
+    EXPECT_EQ(LargestDifference(decoded.bgr, stored), 0) << orientation;
+    ExpectUpright(DecodePhoto(photo, kLimits), stored, orientation);
+  }
 }
 
 void ExpectRefused(const FileBytes& bytes, DecodeOutcome outcome, const std::string& expected) {

@@ -95,6 +95,45 @@ TEST(LargeAdjustment, GivesWhatAnAdjustmentInATurnGives) {
   }
 }
 
+// Photos have told the camera wrongly; another reconstruction that has it, too, refines it while
+// the whole is adjusted with a refinement of its own, and leaves the images a camera as it was.
+TEST(LargeAdjustment, ALensThatWasRefinedMeanwhileStays) {
+  SceneDatabase scene(kArc);
+  AddArc(&scene);
+  Worker worker(&scene, WholeParts());
+  CameraRecord camera = *scene.Snap()->GetCamera(SceneDatabase::ImageCamera());
+  camera.is_refinable = true;
+  camera.model.fx *= 0.97, camera.model.fy *= 0.97;
+  ReconstructionRecord city = worker.City();
+  city.images_at_adjustment = 11;
+  const auto prepared = scene.database()->BeginTransaction();
+  prepared->PutCamera(camera);
+  prepared->PutReconstruction(city);
+  ASSERT_OK(prepared->Commit());
+  LargeAdjustment adjustment = worker.Adjustment();
+  ASSERT_OK(adjustment.Compute());
+
+  const auto meanwhile = scene.database()->BeginTransaction();
+  DatabaseState state = scene.State();
+  CameraRecord kept = camera, refined = camera;
+  kept.id = CameraId(state.next_camera++);
+  kept.name += " (2)";
+  refined.model.fx *= 1.02, refined.model.fy *= 1.02;
+  meanwhile->PutCamera(kept);
+  meanwhile->PutCamera(refined);
+  for (uint32_t i = 1; i <= 12; ++i) {
+    ImageRecord image = *scene.Snap()->GetImage(ImageId(i));
+    image.camera = kept.id;
+    meanwhile->PutImage(image);
+  }
+  meanwhile->PutState(state);
+  ASSERT_OK(meanwhile->Commit());
+  ASSERT_OK(worker.ingest.Commit(&adjustment, kCity).status);
+  EXPECT_EQ(scene.Snap()->GetCamera(refined.id)->model, refined.model);
+  EXPECT_EQ(scene.Snap()->GetCamera(kept.id)->model, kept.model);
+  EXPECT_EQ(scene.Snap()->GetImage(ImageId(3))->camera, kept.id);
+}
+
 // The last camera gets its pose while the whole is adjusted, whose last submap has drifted.
 TEST(LargeAdjustment, APhotoThatCameMeanwhileIsCarriedAlong) {
   SceneDatabase scene(kArc);

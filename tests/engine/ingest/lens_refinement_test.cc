@@ -99,6 +99,29 @@ TEST(LensRefinement, WhatHardlyChangesIsLeftWhereOthersRestOnIt) {
   ExpectSound(sides.scene);
 }
 
+TEST(LensRefinement, WhereNothingIsRefinedTheMapIsAsItWas) {
+  TwoSides sides(9);
+  const IngestOptions options;
+  CityMap map;
+  MapLoader loader(sides.scene.Snap(), sides.scene.features(), &map);
+  std::vector<ImageId> images;
+  ASSERT_OK(loader.LoadReconstruction(sides.own, &images, sides.scene.pool()));
+  const std::map<ImageId, MapImage> before = map.images();
+  std::map<PointId, Eigen::Vector3d> points;
+  for (const PointId id : map.PointsSeenBy(images)) points[id] = map.point(id).position;
+  const auto refined =
+      RefineLenses({&loader, &map, sides.scene.pool(), options.mapper}, sides.own, images);
+  ASSERT_OK(refined);
+  EXPECT_TRUE(refined->empty());
+  ASSERT_FALSE(images.empty());
+  for (const ImageId id : images) {
+    EXPECT_EQ(map.image(id).camera.fx, before.at(id).camera.fx);
+    EXPECT_EQ(map.image(id).camera.fy, before.at(id).camera.fy);
+    EXPECT_EQ(map.image(id).cam_from_world.translation, before.at(id).cam_from_world.translation);
+  }
+  for (const auto& [id, position] : points) EXPECT_EQ(map.point(id).position, position);
+}
+
 TEST(LensRefinement, TheSideWithMostOfTheImagesRefinesTheOthersKeepWhatTheyRestOn) {
   TwoSides sides(9);
   PutCamera(&sides.scene, 0.97, true);

@@ -53,6 +53,7 @@ inline std::vector<FieldDamage> CameraDamages() {
                        {"cy", [](R* r) { r->model.cy += 1; }},
                        {"k1", [](R* r) { r->model.k1 += 0.01; }},
                        {"k2", [](R* r) { r->model.k2 += 0.01; }},
+                       {"isRefinable", [](R* r) { r->is_refinable = !r->is_refinable; }},
                        {"u0", [](R* r) { r->model.u0 += 5; }},
                        {"v0", [](R* r) { r->model.v0 += 5; }}});
 }

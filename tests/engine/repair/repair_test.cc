@@ -8,6 +8,9 @@
 #include "engine/repair/repair.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 
 #include "engine/repair/repair_folders.h"
@@ -125,6 +128,19 @@ TEST(Repair, LeavesASoundDatabaseAlone) {
 TEST(Repair, SaysWhereThereIsNoDatabase) {
   const TemporaryFolder folder;
   EXPECT_EQ(Engine::Repair(folder / "none", {}).status().code(), StatusCode::kNotFound);
+}
+
+TEST(Repair, LeavesAFolderAloneThatIsNoDatabase) {
+  const TemporaryFolder folder;
+  const std::filesystem::path photos = folder / "photos";
+  std::filesystem::create_directory(photos);
+  std::ofstream(photos / "a.jpg") << "a photo";
+  RepairRequest request;
+  request.apply = true;
+  const auto answer = Engine::Repair(photos, request);
+  EXPECT_EQ(answer.status().code(), StatusCode::kNotFound);
+  EXPECT_NE(answer.status().message().find("not a veduta database"), std::string::npos);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(photos), {}), 1);
 }
 
 TEST(Repair, RefusesARequestOutsideItsBounds) {

@@ -12,21 +12,33 @@
 namespace veduta {
 namespace {
 
+ContentHash HashOf(std::string_view text) {
+  return HashContent({reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+}
+
 TEST(CameraRecord, RoundTrips) {
   CameraRecord camera{CameraId(kMax),
                       "Nikon \xFF\xC3 not UTF-8",
                       {1, 2, 3.5, 4, 5, 6, -7, 8, 9, -0.0},
                       std::string("a\0b", 3)};
+  camera.is_refinable = true;
+  camera.awaited_photos = {HashOf("one"), HashOf("other")};
+  camera.awaited_list = HashOf("list");
   CameraRecord decoded;
   RoundTrip(camera, &decoded, camera.id);
   EXPECT_EQ(decoded.id, camera.id);
   EXPECT_EQ(decoded.name, camera.name);
   EXPECT_EQ(decoded.source, camera.source);
   EXPECT_EQ(decoded.model, camera.model);
+  EXPECT_TRUE(decoded.is_refinable);
+  EXPECT_EQ(decoded.awaited_photos, camera.awaited_photos);
+  EXPECT_EQ(decoded.awaited_list, camera.awaited_list);
   CameraRecord empty;
   empty.id = CameraId(1);
   RoundTrip(empty, &decoded, empty.id);
   EXPECT_EQ(decoded.name, "");
+  EXPECT_TRUE(decoded.awaited_photos.empty());
+  EXPECT_EQ(decoded.awaited_list, ContentHash());
   EXPECT_EQ(decoded.model, CameraModel{});
 }
 
@@ -40,6 +52,8 @@ TEST(CameraRecord, RefusesWhatBreaksARule) {
 
 TEST(CameraRecord, DamagedValueIsCorruption) {
   CameraRecord camera{CameraId(1), "Nikon", {1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, "by hand"};
+  camera.awaited_photos = {HashOf("one")};
+  camera.awaited_list = HashOf("list");
   Fuzz(camera, CameraId(1));
 }
 
