@@ -149,6 +149,7 @@ Result<std::vector<FirstCamera>> Store(EngineParts* parts, std::span<const Judge
     camera.awaited_list = list;
     PutNewCamera(camera, &state, transaction.get());
   }
+  if (names.size() == known.size()) return stored;  // none is known
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
   for (size_t i = 0; i < judged.size(); ++i)

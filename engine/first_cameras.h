@@ -10,8 +10,8 @@
 
 namespace veduta {
 
-// Engine::CalibrateFirst. All cameras are stored at once, with the photos that await them: where the
-// same photos come again, since who added them was interrupted, they have these cameras.
+// Engine::CalibrateFirst. All cameras are stored at once, with the photos that await them: where
+// the same photos come again, since who added them was interrupted, they have these cameras.
 Result<std::vector<FirstCamera>> CalibrateFirst(EngineParts* parts,
                                                 std::span<PhotoSubmission> photos,
                                                 std::stop_token stop);

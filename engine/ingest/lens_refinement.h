@@ -23,14 +23,16 @@ namespace veduta {
 // first by the lenses that it was believed with.
 bool IsRefinementDue(const ReconstructionRecord& record);
 
-// The cameras of these images, in their order. What was refined with other ones must not be written.
+// The cameras of these images, in their order. What was refined with other ones must not be
+// written.
 using LensesOfImages = std::vector<std::pair<CameraId, CameraModel>>;
 Result<LensesOfImages> ListLenses(const Snapshot& snapshot, const std::set<ImageId>& images);
 
 // Refines them in the map, with all poses and points of the reconstruction, whose images these are;
 // all of it must be loaded. Where none is refined in the end, the map is as it was, to the last
-// bit. Those of cameras that another reconstruction has more images of are held. Cameras that differ by the focal length alone are refined as one. O(images of the database,
-// and the adjustment).
+// bit. Those of cameras that another reconstruction has more images of are held. Cameras that
+// differ by the focal length alone are refined as one. O(images of the database, and the
+// adjustment).
 Result<std::vector<RefinedLens>> RefineLenses(const MappingContext& context,
                                               ReconstructionId reconstruction,
                                               std::span<const ImageId> images);

@@ -235,19 +235,6 @@ TEST(DecodePhoto, TurnsJpegsUprightByExif) {
   }
 }
 
-TEST(Orientation, TellsWhereAPixelIsStored) {
-  const cv::Mat stored = TestPicture(48, 32);
-  for (int orientation = 1; orientation <= 8; ++orientation) {
-    const ImageSize size = UprightSize({48, 32}, orientation);
-    for (int v = 0; v < static_cast<int>(size.height_px); ++v) {
-      for (int u = 0; u < static_cast<int>(size.width_px); ++u) {
-        const cv::Point2d at = StoredPoint({1.0 * u, 1.0 * v}, {48, 32}, orientation);
-        ASSERT_EQ(stored.at<cv::Vec3b>(cv::Point(at)), StoredPixel(stored, orientation, u, v));
-      }
-    }
-  }
-}
-
 TEST(DecodePhoto, TurnsWebpsUprightByExif) {
   const cv::Mat picture = TestPicture(48, 32);
   for (int orientation = 1; orientation <= 8; ++orientation) {
