@@ -39,7 +39,10 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   if (!listed.ok()) return Fail(listed.status());
   for (const ListedPhoto& photo : *listed) request.photo_paths.push_back(photo.path);
   const Result<CalibrationAnswer> answer = Calibrate(request);
-  if (!answer.ok()) return Fail(answer.status());
+  if (!answer.ok()) {  // a line for each photo
+    std::fprintf(stderr, "veduta: %s\n", PrintableLines(answer.status().message()).c_str());
+    return ExitCodeOf(answer.status());
+  }
   for (const CalibrationMessage& message : answer->messages) {
     std::fprintf(stderr, "veduta: %s: %s\n", message.is_warning ? "warning" : "note",
                  Printable(message.text).c_str());

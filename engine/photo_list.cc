@@ -52,9 +52,8 @@ class ListAdding final {
 
   // Photos whose camera cannot be estimated yet are tried again once the others are there, until
   // nothing comes of it. So the order in which photos are stored is the same where this was
-  // interrupted and is done again.
-  Status AddAll(const Snapshot& before, const Report& report, const Followed& followed) {
-    VEDUTA_ASSIGN_OR_RETURN(std::vector<size_t> tried, ListTried(before));
+  // interrupted and is done again; those of `tried` begin with the second round then.
+  Status AddAll(std::vector<size_t> tried, const Report& report, const Followed& followed) {
     std::vector<size_t> all(photos_.size()), round;
     std::iota(all.begin(), all.end(), 0);
     std::ranges::set_difference(all, tried, std::back_inserter(round));
@@ -73,7 +72,6 @@ class ListAdding final {
     return Status::Ok();
   }
 
- private:
   // The photos without a camera that an interrupted try of the same list has passed over in its
   // last round: those before the photo that was stored last.
   Result<std::vector<size_t>> ListTried(const Snapshot& before) const {
@@ -93,6 +91,7 @@ class ListAdding final {
     return unknown;
   }
 
+ private:
   // Reports all but those that are tried again, whose outcome goes into `waiting`.
   Status AddRound(const std::vector<size_t>& round, const Report& report, const Followed& followed,
                   std::map<size_t, AddOutcome>* waiting) {
@@ -158,7 +157,9 @@ Status AddList(EngineParts* parts, std::span<const PhotoSubmission> photos,
   ListAdding list(parts, photos, awaited, stop);
   // A camera that is not there is said before anything is added.
   VEDUTA_RETURN_IF_ERROR(list.FindCameras(parts));
-  VEDUTA_RETURN_IF_ERROR(list.AddAll(*parts->database->GetSnapshot(), report, followed));
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<size_t> tried,
+                          list.ListTried(*parts->database->GetSnapshot()));
+  VEDUTA_RETURN_IF_ERROR(list.AddAll(std::move(tried), report, followed));
   return EndAwaiting(parts);
 }
 

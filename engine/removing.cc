@@ -145,10 +145,11 @@ Result<RemoveAnswer> Engine::Remove(const RemoveRequest& request, std::stop_toke
   if (is_of_many) {
     VEDUTA_ASSIGN_OR_RETURN(answer.uploads, parts->RemoveUploads(request));
   }
-  const std::shared_ptr<const Snapshot> before = parts->database->GetSnapshot();
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> images, ImagesToRemove(*before, request));
+  // No snapshot is held: nothing can be purged that somebody reads.
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> images,
+                          ImagesToRemove(*parts->database->GetSnapshot(), request));
   if (!request.contributor.empty() && images.empty() && answer.uploads == 0) {
-    VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, before->GetState());
+    VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, parts->database->GetSnapshot()->GetState());
     // A removal that was killed may have left the rest to be done.
     if (!state.removed_bytes_left)
       return Status::NotFound("there is no photo of '" + request.contributor + "'");

@@ -73,7 +73,7 @@ class SnapshotView final : public Snapshot {
   Result<DatabaseState> GetState() const override {
     DatabaseState state;
     VEDUTA_RETURN_IF_ERROR(GetRecord(
-        Family::kMeta, kStateKey, [] { return "the state"; }, &state));
+        Family::kMeta, kStateKey, [] { return "state record"; }, &state));
     return state;
   }
 

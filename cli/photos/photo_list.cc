@@ -105,6 +105,7 @@ Result<std::vector<ListedPhoto>> ReadPhotoList(const std::string& list_path,
 Result<std::vector<ListedPhoto>> ParsePhotoList(std::string_view text, const std::string& folder) {
   std::vector<ListedPhoto> photos;
   size_t number = 0;
+  text = WithoutByteOrderMark(text);
   for (size_t end = 0; !text.empty(); text.remove_prefix(std::min(text.size(), end + 1))) {
     ++number;
     end = std::min(text.find('\n'), text.size());

@@ -9,6 +9,8 @@
 #include <memory>
 #include <optional>
 
+#include "storage/base/whole_file.h"
+
 namespace veduta {
 namespace {
 
@@ -131,6 +133,7 @@ Result<std::vector<GroundLine>> ParseGroundPoints(std::string_view text) {
   std::vector<GroundLine> lines;
   std::unique_ptr<ToWgs84> to_wgs84;
   std::map<std::string, GeoPosition> points;
+  text = WithoutByteOrderMark(text);
   for (int number = 1; !text.empty(); ++number) {
     const size_t end = std::min(text.find('\n'), text.size());
     const std::string_view line = Trimmed(text.substr(0, end));

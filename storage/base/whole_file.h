@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 
 #include "storage/base/status.h"
 
@@ -14,5 +15,11 @@ namespace veduta {
 // read. kIoError, with the path and what it is, for these and for a file that cannot be read;
 // kInvalidArgument for a larger file. Thread-safe.
 Result<std::string> ReadWholeFile(const std::string& path, size_t size_bytes_max);
+
+// The text without the mark of UTF-8 that some editors put before it.
+inline std::string_view WithoutByteOrderMark(std::string_view text) {
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
+  return text.starts_with(kMark) ? text.substr(kMark.size()) : text;
+}
 
 }  // namespace veduta

@@ -42,7 +42,10 @@ TEST(ParseGroundPoints, ReadsLinesOfOdm) {
 }
 
 TEST(ParseGroundPoints, KnowsTheCoordinatesByTheirCode) {
-  for (const char* named : {"EPSG:32633", "+proj=utm +zone=33 +datum=WGS84 +units=m +no_defs"}) {
+  for (const char* named : {"EPSG:32633",
+                            "\xEF\xBB\xBF"
+                            "EPSG:32633",
+                            "+proj=utm +zone=33 +datum=WGS84 +units=m +no_defs"}) {
     const auto lines =
         ParseGroundPoints(std::string(named) + "\n500000 5213000.5 353.2 1 2 a.jpg p\n");
     ASSERT_OK(lines);
