@@ -49,6 +49,20 @@ Result<std::vector<ImageId>> ImagesToRemove(const Snapshot& snapshot,
   return images;
 }
 
+// Of one of whom there is no photo: kNotFound where nothing else tells that there was one, for a
+// removal of somebody whose name is spelt wrongly must not look like one that was done.
+Status CheckHasSent(const Snapshot& snapshot, const std::string& contributor) {
+  VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
+  bool has_sent = state.removed_bytes_left;  // a removal was killed, and the rest is to be done
+  VEDUTA_RETURN_IF_ERROR(
+      snapshot.contributing().ScanContributions(1, [&](const ContributionRecord& record) {
+        has_sent = has_sent || record.contributor == contributor;
+        return !has_sent;
+      }));
+  if (has_sent) return Status::Ok();
+  return Status::NotFound("there is no photo of '" + contributor + "'");
+}
+
 // Copies of the database that somebody made and that may still be there.
 Result<std::vector<std::string>> CopiesOf(const Snapshot& snapshot, const std::string& path) {
   std::set<std::string> copies;
@@ -148,12 +162,8 @@ Result<RemoveAnswer> Engine::Remove(const RemoveRequest& request, std::stop_toke
   // No snapshot is held: nothing can be purged that somebody reads.
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> images,
                           ImagesToRemove(*parts->database->GetSnapshot(), request));
-  if (!request.contributor.empty() && images.empty() && answer.uploads == 0) {
-    VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, parts->database->GetSnapshot()->GetState());
-    // A removal that was killed may have left the rest to be done.
-    if (!state.removed_bytes_left)
-      return Status::NotFound("there is no photo of '" + request.contributor + "'");
-  }
+  if (!request.contributor.empty() && images.empty() && answer.uploads == 0)
+    VEDUTA_RETURN_IF_ERROR(CheckHasSent(*parts->database->GetSnapshot(), request.contributor));
   for (const ImageId image : images) {
     if (stop.stop_requested()) {
       return Status::Cancelled("stopped after " + std::to_string(answer.removed.size()) + " of " +

@@ -99,12 +99,12 @@ class Log(Case):
         db = new_database('as text')
         with Daemon(db, '--log', 'text') as daemon:
             daemon.get('/v1/status')
-            self.assertEqual(daemon.send('two\nlines.jpg', photo(1))[0], 201)
+            self.assertEqual(daemon.send('two "words".jpg', photo(1))[0], 201)
             code, err = daemon.stop()
         self.assertEqual(code, 0)
         self.assertRegex(err, r'(?m)^time="[^"]+" request="[0-9a-f]{16}" door="http" method="GET" '
                               r'route="/v1/status" status=200 bytes=\d+ ms=[0-9.]+$')
-        self.assertRegex(err, r'(?m)^time="[^"]+" upload=1 image="two\\+nlines.jpg" id=1 ')
+        self.assertRegex(err, r'(?m)^time="[^"]+" upload=1 image="two \\+"words\\+"\.jpg" id=1 ')
 
     def test_none(self):
         with Daemon(new_database('quiet')) as daemon:

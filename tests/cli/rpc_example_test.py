@@ -55,7 +55,7 @@ class Example(Case):
             refused = subprocess.run([os.path.join(build, 'rpc_example'), daemon.started['rpc'],
                                       '', 'none', photos[0]], capture_output=True, text=True)
             center = daemon.get(f'/v1/photos/%23{PHOTO_COUNT}/pose')['center']
-        verdicts = re.findall(r'^.*/photo\d+\.jpg: (\w+): ', told, re.MULTILINE)
+        verdicts = re.findall(r'^photo\d+\.jpg: (\w+): ', told, re.MULTILINE)
         self.assertEqual(len(verdicts), PHOTO_COUNT, told)
         self.assertIn('founded', verdicts)
         self.assertIn(f'the last was taken at x = {center[0]:f}\n', told)

@@ -102,7 +102,8 @@ TEST_F(PhotoList, WhatIsMissingIsNamed) {
 
 TEST_F(PhotoList, AListInAFolderNamesByItsPaths) {
   const auto photos = ReadPhotoList(
-      List("\xEF\xBB\xBF# in this order\nb.jpg\r\n\nsub/../a.jpg\tlens\n./sub/c.jpg\nmissing.jpg"), At(""));
+      List("\xEF\xBB\xBF# in this order\nb.jpg\r\n\nsub/../a.jpg\tlens\n./sub/c.jpg\nmissing.jpg"),
+      At(""));
   EXPECT_EQ(Names(photos), (Strings{"b.jpg", "a.jpg", "sub/c.jpg", "missing.jpg"}));
   EXPECT_EQ((*photos)[1].camera, "lens");
   EXPECT_EQ((*photos)[0].camera, "");
