@@ -42,7 +42,7 @@ def black_png(width, height, comment=b''):
 class Usage(Case):
     def test_bad_usage_is_2(self):
         for words, arguments in (
-                ('subcommand is required', ()), ('Run with --help', ('paint',)),
+                ('subcommand is required', ()), ("no command 'paint'", ('paint',)),
                 ('DB is required', ('init',)),
                 ('--camera', ('add', WHOLE, '--camera', '', PHOTOS)),
                 ('PHOTO', ('add', WHOLE, '--camera', 'c')),

@@ -68,7 +68,7 @@ TEST_F(DaemonClientTest, AsksAndSends) {
                    "application/json",
                    {reinterpret_cast<const uint8_t*>(remove.data()), remove.size()}});
   ASSERT_OK(removed);
-  EXPECT_EQ(removed->code, 200u) << removed->body << ": the owner may";
+  EXPECT_EQ(removed->code, 404u) << removed->body << ": the owner may, and nobody is not there";
   client.reset();
   Stop();
 }
