@@ -5,13 +5,14 @@
 # last bit as without any kill. Some photos are sent twice, in both orders: under a wrong camera,
 # under another camera of the same size, or under a name that is taken. Then as many kills of what
 # changes a city that is there: remove, forbid, allow and settle. This prepares the photos;
-# tools/kill_test.py and tools/kill_changes.py do the killing.
+# tools/kill_test.py, tools/kill_changes.py and tools/kill_unnamed.py do the killing.
 # usage: tools/kill_test.sh [KILLS] [FOLDER OF PHOTOS, with camera.txt in it or one above]
 #   default: 200 kills over a rendered street of 30 small photos
 # environment: VEDUTA_BUILD  build tree to take the programs from
 #                            (default: build/release, else build/dev)
 #              SEED          of the instants                        (default: 1)
 #              PHOTOS        how many photos to render              (default: 30)
+#              UNNAMED       if set, photos without cameras as well (default: not set)
 # Exit codes: 0 all held; 1 something did not; 2 bad usage.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -41,3 +42,5 @@ fi
 
 "$root/tools/kill_test.py" "$build/cli/veduta" "$photos" "$work" "$kills" "${SEED:-1}"
 "$root/tools/kill_changes.py" "$build/cli/veduta" "$photos" "$work" "$kills" "${SEED:-1}"
+[ -z "${UNNAMED:-}" ] ||
+  "$root/tools/kill_unnamed.py" "$build/cli/veduta" "$photos" "$work" "$kills" "${SEED:-1}"

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# What tools/kill_test.py and tools/kill_changes.py share: how they are called, how they call
-# veduta, and how they tell what did not hold.
-# usage of both: PROGRAM VEDUTA FOLDER_OF_PHOTOS WORK_FOLDER KILLS SEED
+# What tools/kill_test.py, tools/kill_changes.py and tools/kill_unnamed.py share: how they are
+# called, how they call veduta, and how they tell what did not hold.
+# usage of each: PROGRAM VEDUTA FOLDER_OF_PHOTOS WORK_FOLDER KILLS SEED
 
 import random
 import subprocess
