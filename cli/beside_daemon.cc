@@ -23,6 +23,9 @@ namespace {
 constexpr size_t kAheadMax = 16;
 // Between two questions what has become of a photo. Chosen by hand.
 constexpr std::chrono::milliseconds kLook(20);
+// Of the photos whose cameras were looked for once more the share that must have got one for the
+// others to be tried again.
+constexpr double kTriedAgainShareMin = 0.05;
 // The largest photo that is read; the daemon says itself what it takes.
 constexpr size_t kPhotoBytesMax = size_t{1} << 30;
 
@@ -82,16 +85,17 @@ class Adding final {
   }
 
   // Has the cameras looked for of those that still have none, once all others had their turn, and
-  // says what has become of them, until none gets one. What has none then waits on.
+  // says what has become of them, until next to none gets one. What has none then waits on.
   Status TryPutOff(const std::stop_token& stop) {
-    while (!put_off_.empty() && !stop.stop_requested()) {
+    for (double share = 0; !put_off_.empty() && !stop.stop_requested();
+         share = kTriedAgainShareMin) {
       VEDUTA_RETURN_IF_ERROR(CalibrateBeside(&daemon_, [&](const std::string& camera) {
         progress_.Say("veduta: " + Printable(camera));
       }));
-      const size_t before = put_off_.size();
+      const auto before = static_cast<double>(put_off_.size());
       for (Sent& photo : std::exchange(put_off_, {})) sent_.push_back(std::move(photo));
       while (!sent_.empty()) VEDUTA_RETURN_IF_ERROR(TellFirst());
-      if (put_off_.size() == before) break;
+      if (before - static_cast<double>(put_off_.size()) <= share * before) break;
     }
     for (const Sent& photo : std::exchange(put_off_, {}))
       VEDUTA_RETURN_IF_ERROR(

@@ -15,6 +15,7 @@
 #include "engine/journal/camera_entry.h"
 #include "engine/scene_calibration.h"
 #include "engine/unnamed_camera.h"
+#include "storage/model/awaited_photos.h"
 
 namespace veduta {
 namespace {
@@ -145,8 +146,10 @@ Result<std::vector<FirstCamera>> Store(EngineParts* parts, std::span<const Judge
     names.insert(first.name);
     CameraRecord camera{CameraId(state.next_camera++), first.name, first.model, SourceOf(*one.made),
                         true};
-    for (const size_t i : one.group->photos) camera.awaited_photos.push_back(facts[i].hash);
-    camera.awaited_list = list;
+    const auto awaited = std::make_shared<AwaitedPhotos>();
+    for (const size_t i : one.group->photos) awaited->photos.push_back(facts[i].hash);
+    awaited->list = list;
+    camera.awaited = awaited;
     PutNewCamera(camera, &state, transaction.get());
   }
   if (names.size() == known.size()) return stored;  // none is known
@@ -163,7 +166,10 @@ Result<bool> GoOn(EngineParts* parts, std::span<const PhotoFacts> facts,
                   std::span<PhotoSubmission> photos) {
   VEDUTA_ASSIGN_OR_RETURN(const auto cameras, parts->database->GetSnapshot()->ListCameras());
   const ContentHash list = ListOf(facts);
-  if (std::ranges::count(cameras, list, &CameraRecord::awaited_list) == 0) return false;
+  const auto awaits = [&](const CameraRecord& camera) {
+    return camera.awaited && camera.awaited->list == list;
+  };
+  if (std::ranges::none_of(cameras, awaits)) return false;
   for (size_t i = 0; i < photos.size(); ++i) {
     if (!photos[i].camera.empty() || facts[i].shape.empty()) continue;
     VEDUTA_ASSIGN_OR_RETURN(const auto camera, FindUnnamedCamera(parts, facts[i]));
@@ -353,20 +359,27 @@ Result<std::vector<FirstCamera>> CalibrateFirst(EngineParts* parts,
   return Store(parts, best, facts, photos);
 }
 
-Status EndAwaiting(EngineParts* parts) {
-  const auto awaits = [](const CameraRecord& camera) {
-    return camera.awaited_list != ContentHash();
-  };
-  VEDUTA_ASSIGN_OR_RETURN(auto cameras, parts->database->GetSnapshot()->ListCameras());
-  if (std::ranges::none_of(cameras, awaits)) return Status::Ok();
+Result<bool> AwaitsPhotos(const Snapshot& snapshot) {
+  VEDUTA_ASSIGN_OR_RETURN(const auto cameras, snapshot.ListCameras());
+  return std::ranges::any_of(cameras,
+                             [](const CameraRecord& camera) { return camera.awaited != nullptr; });
+}
+
+Status EndAwaiting(EngineParts* parts, const std::set<ContentHash>& photos) {
   Writer::Turn turn = parts->writer->Take();
   const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, transaction->base()->GetState());
-  VEDUTA_ASSIGN_OR_RETURN(cameras, transaction->base()->ListCameras());
+  VEDUTA_ASSIGN_OR_RETURN(auto cameras, transaction->base()->ListCameras());
+  const auto is_there = [&](const ContentHash& photo) { return photos.contains(photo); };
+  std::set<ContentHash> ended;  // lists
+  for (const CameraRecord& camera : cameras) {
+    if (camera.awaited && std::ranges::any_of(camera.awaited->photos, is_there))
+      ended.insert(camera.awaited->list);
+  }
+  if (ended.empty()) return Status::Ok();
   for (CameraRecord& camera : cameras) {
-    if (!awaits(camera)) continue;
-    camera.awaited_photos.clear();
-    camera.awaited_list = {};
+    if (!camera.awaited || !ended.contains(camera.awaited->list)) continue;
+    camera.awaited = nullptr;
     transaction->PutCamera(camera);
   }
   transaction->PutState(state);

@@ -2,6 +2,7 @@
 #pragma once
 // The cameras that a city begins with, where nobody names one.
 
+#include <set>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -16,7 +17,10 @@ Result<std::vector<FirstCamera>> CalibrateFirst(EngineParts* parts,
                                                 std::span<PhotoSubmission> photos,
                                                 std::stop_token stop);
 
-// No photo awaits a camera any more: all that were to be added together were tried.
-Status EndAwaiting(EngineParts* parts);
+// Whether there is a camera that photos await.
+Result<bool> AwaitsPhotos(const Snapshot& snapshot);
+// The cameras that one of these photos awaited are awaited no more: all that were to be added
+// together were tried.
+Status EndAwaiting(EngineParts* parts, const std::set<ContentHash>& photos);
 
 }  // namespace veduta

@@ -4,8 +4,6 @@
 #include <map>
 #include <set>
 
-#include "engine/camera/decoder.h"
-#include "engine/camera/orientation.h"
 #include "engine/earth/ground_file.h"
 #include "engine/engine.h"
 #include "engine/ingest/georeferencing.h"
@@ -44,24 +42,13 @@ Result<std::vector<GroundLine>> ReadLines(const GeoreferenceRequest& request) {
   return Status(lines.status().code(), FileOf(request) + ": " + lines.status().message());
 }
 
-// Where a point that was measured in the upright photo lies in the picture that the image's camera
-// and features are of, which is as stored where the camera is (DecodePhoto).
-Result<GroundSighting> SightingOf(const GroundLine& line, const ImageRecord& image,
-                                  const Snapshot& snapshot, const PhotoDecoder& decoder) {
-  VEDUTA_ASSIGN_OR_RETURN(const StoredBytes photo, snapshot.GetPhoto(image.photo));
-  const PhotoHeader header = decoder.Examine(photo.bytes()).header;
-  const ImageSize upright = UprightSize(header.stored_size, header.orientation);
-  const cv::Point2d at(line.x_px, line.y_px);
-  if (at.x < -0.5 || at.x > upright.width_px - 0.5 || at.y < -0.5 ||
-      at.y > upright.height_px - 0.5) {
-    return Status::InvalidArgument("the place lies outside of photo '" + image.name +
-                                   "', which has " + upright.Text() + " px");
-  }
-  const bool is_as_stored =
-      KeepsSides(header.orientation) || upright != ImageSize{image.width_px, image.height_px};
-  const cv::Point2d in_image =
-      is_as_stored ? StoredPoint(at, header.stored_size, header.orientation) : at;
-  return GroundSighting{image.id, in_image.x, in_image.y};
+// Whether the place is in the photo, whichever way round it stands: the image may be as stored.
+bool IsInside(const GroundLine& line, const ImageRecord& image) {
+  const auto is_below = [](double px, uint32_t side_px) {
+    return px >= -0.5 && px <= side_px - 0.5;
+  };
+  return (is_below(line.x_px, image.width_px) && is_below(line.y_px, image.height_px)) ||
+         (is_below(line.x_px, image.height_px) && is_below(line.y_px, image.width_px));
 }
 
 // Those of the file that photos of the city show, by their names. What it names besides goes to
@@ -69,7 +56,6 @@ Result<GroundSighting> SightingOf(const GroundLine& line, const ImageRecord& ima
 Result<std::map<std::string, GroundPoint>> PointsOf(const GeoreferenceRequest& request,
                                                     const std::vector<GroundLine>& lines,
                                                     const Snapshot& snapshot,
-                                                    const PhotoDecoder& decoder,
                                                     std::vector<std::string>* unknown_photos) {
   std::map<std::string, GroundPoint> points;
   std::set<std::string> unknown;
@@ -80,13 +66,16 @@ Result<std::map<std::string, GroundPoint>> PointsOf(const GeoreferenceRequest& r
       continue;
     }
     if (!image.ok()) return AtLine(image.status(), FileOf(request), line.number);
+    if (image->verdict != Verdict::kRejected && !IsInside(line, *image)) {
+      return AtLine(
+          Status::InvalidArgument("the place lies outside of photo '" + image->name + "'"),
+          FileOf(request), line.number);
+    }
     GroundPoint& point = points[line.point];
     point.name = line.point;
     point.position = line.position;
     point.deviation_m = request.ground_deviation_m;
-    const auto sighting = SightingOf(line, *image, snapshot, decoder);
-    if (!sighting.ok()) return AtLine(sighting.status(), FileOf(request), line.number);
-    point.sightings.push_back(*sighting);
+    point.sightings.push_back({image->id, line.x_px, line.y_px});
   }
   unknown_photos->assign(unknown.begin(), unknown.end());
   for (auto& [name, point] : points) {
@@ -117,8 +106,7 @@ Result<GeoreferenceAnswer> Engine::Georeference(const GeoreferenceRequest& reque
   {
     Writer::Turn turn = parts_->writer->Take();
     WriteScope scope = BeginWrite(&turn.database());
-    VEDUTA_ASSIGN_OR_RETURN(auto points, PointsOf(request, lines, *scope.base,
-                                                  parts_->preparer->decoder(), &unknown_photos));
+    VEDUTA_ASSIGN_OR_RETURN(auto points, PointsOf(request, lines, *scope.base, &unknown_photos));
     read = points.size();
     if (!request.forget_ground_points) {
       VEDUTA_ASSIGN_OR_RETURN(std::vector<GroundPoint> stored, scope.base->ListGroundPoints());

@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -28,6 +29,11 @@ class ListEnd final {
   Lane* const lane_;
 };
 
+// Where more photos than these wait for a camera they are tried again while so large a share of
+// those that were tried has got one. Chosen by hand.
+constexpr size_t kTriedAgainAlways = 100;
+constexpr double kTriedAgainShareMin = 0.05;
+
 class ListAdding final {
  public:
   using Report = std::function<void(const AddOutcome&)>;
@@ -45,23 +51,31 @@ class ListAdding final {
   Status FindCameras(EngineParts* parts) {
     for (const PhotoSubmission& photo : photos_) {
       VEDUTA_ASSIGN_OR_RETURN(std::optional<CameraRecord> camera, parts->FindNamed(photo.camera));
+      if (camera) camera->awaited = nullptr;  // much, and one for each photo
       cameras_.push_back(std::move(camera));
     }
     return Status::Ok();
   }
 
   // Photos whose camera cannot be estimated yet are tried again once the others are there, until
-  // nothing comes of it. So the order in which photos are stored is the same where this was
-  // interrupted and is done again; those of `tried` begin with the second round then.
+  // nothing comes of it, or little where they are many. So the order in which photos are stored is
+  // the same where this was interrupted and is done again; those of `tried` begin with the second
+  // round then.
   Status AddAll(std::vector<size_t> tried, const Report& report, const Followed& followed) {
     std::vector<size_t> all(photos_.size()), round;
     std::iota(all.begin(), all.end(), 0);
     std::ranges::set_difference(all, tried, std::back_inserter(round));
     std::map<size_t, AddOutcome> waiting;
+    bool is_first = true;
     for (bool goes_on = true; goes_on && !round.empty();) {
       waiting.clear();
       VEDUTA_RETURN_IF_ERROR(AddRound(round, report, followed, &waiting));
-      goes_on = waiting.size() < round.size();
+      const size_t added = round.size() - waiting.size();
+      const double share =
+          is_first || waiting.size() <= kTriedAgainAlways ? 0 : kTriedAgainShareMin;
+      goes_on =
+          !tried.empty() || static_cast<double>(added) > share * static_cast<double>(round.size());
+      is_first = false;
       round = std::exchange(tried, {});
       for (const auto& [photo, outcome] : waiting) round.push_back(photo);
       std::ranges::sort(round);
@@ -70,6 +84,19 @@ class ListAdding final {
       if (report) report(outcome);
     }
     return Status::Ok();
+  }
+
+  // The photos of the list that are stored.
+  Result<std::set<ContentHash>> ListStored(const Snapshot& after) const {
+    std::set<ContentHash> stored;
+    for (const PhotoSubmission& photo : photos_) {
+      VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> id,
+                              after.FindImageByName(photo.photo.name, photo.contributor));
+      if (!id) continue;
+      VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, after.GetImage(*id));
+      stored.insert(image.photo);
+    }
+    return stored;
   }
 
   // The photos without a camera that an interrupted try of the same list has passed over in its
@@ -160,7 +187,11 @@ Status AddList(EngineParts* parts, std::span<const PhotoSubmission> photos,
   VEDUTA_ASSIGN_OR_RETURN(std::vector<size_t> tried,
                           list.ListTried(*parts->database->GetSnapshot()));
   VEDUTA_RETURN_IF_ERROR(list.AddAll(std::move(tried), report, followed));
-  return EndAwaiting(parts);
+  VEDUTA_ASSIGN_OR_RETURN(const bool awaits, AwaitsPhotos(*parts->database->GetSnapshot()));
+  if (!awaits) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(const std::set<ContentHash> stored,
+                          list.ListStored(*parts->database->GetSnapshot()));
+  return EndAwaiting(parts, stored);
 }
 
 }  // namespace veduta

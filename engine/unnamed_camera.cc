@@ -9,6 +9,7 @@
 
 #include "engine/localization/unknown_localization.h"
 #include "engine/query/verdict_text.h"
+#include "storage/model/awaited_photos.h"
 
 namespace veduta {
 namespace {
@@ -65,7 +66,7 @@ Result<std::optional<CameraRecord>> FindUnnamedCamera(EngineParts* parts, const 
   }
   VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraRecord> cameras, snapshot->ListCameras());
   for (CameraRecord& camera : cameras) {
-    if (std::ranges::count(camera.awaited_photos, facts.hash) > 0)
+    if (camera.awaited && std::ranges::count(camera.awaited->photos, facts.hash) > 0)
       return std::optional(std::move(camera));
   }
   if (facts.camera_group.empty()) return std::optional<CameraRecord>();

@@ -165,7 +165,7 @@ Result<std::vector<FirstCamera>> Engine::CalibrateWaiting(std::stop_token stop) 
     const Status named = parts.database->NameUploadCamera(numbers[i], photos[i].camera);
     if (named.code() != StatusCode::kNotFound) VEDUTA_RETURN_IF_ERROR(named);  // it was removed
   }
-  VEDUTA_RETURN_IF_ERROR(EndAwaiting(&parts));
+  VEDUTA_RETURN_IF_ERROR(EndAwaiting(&parts, hashes));
   return cameras;
 }
 

@@ -3,6 +3,8 @@
 
 #include <cstdlib>
 #include <random>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "cli/service/accepted_type.h"
@@ -66,6 +68,15 @@ std::string CityMetrics(const StatusAnswer& city) {
          Sample("veduta_reconstructions", "", city.reconstructions.size()) +
          Head(bytes, "gauge", "Bytes of the database on disk.") +
          Sample(bytes, "", city.total_bytes);
+}
+
+// Whether the request, where it fails by the disk, fails by a write of the database: others read or
+// write files besides, or tell of it themselves.
+bool WritesRecords(const HttpRequest& request) {
+  static const std::set<std::string> kWriting = {"allowed",   "cameras",      "contributions",
+                                                 "forbidden", "georeference", "hidden",
+                                                 "removals",  "reports",      "tokens"};
+  return request.method != "GET" && request.path.size() > 1 && kWriting.contains(request.path[1]);
 }
 
 }  // namespace
@@ -149,12 +160,13 @@ bool CityService::StillAllows(HttpRequest* request) const {
 void CityService::Handle(HttpRequest request, Answered answered) {
   const bool is_get = request.method == "GET";
   const auto who = std::make_shared<std::string>();  // once it is known
-  const Answered counted = [this, is_get, answered = std::move(answered), is_tus = IsTus(request),
+  const Answered counted = [this, is_get, writes = WritesRecords(request),
+                            answered = std::move(answered), is_tus = IsTus(request),
                             range = HeaderOf(request, "Range"),
                             if_range = HeaderOf(request, "If-Range"), who](HttpAnswer answer) {
     if (is_get) CutToRange(range, if_range, &answer);
     // After a failed write nothing is written until the files are opened again.
-    if (!is_get && answer.is_of_disk) disk_.NoteFailure(Status::IoError("a request has failed"));
+    if (writes && answer.is_of_disk) disk_.NoteFailure(Status::IoError("a request has failed"));
     Count(answer);
     if (!answer.damages.empty()) TellDamages(answer);
     answer.who = *who;

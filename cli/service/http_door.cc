@@ -166,9 +166,8 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     if (is_events) return Follow(asked, method == kj::HttpMethod::GET, headers, response);
     if (ComesInParts(asked))
       return TakeParts(body, arriving, timer_.now() + kBodyTime, std::nullopt, response);
-    // Who asks may be anybody, and whose token it is comes later: nothing is kept for them.
-    const bool has_body = asked.method != "GET" && asked.method != "OPTIONS";
-    const BodyReader& reader = has_body ? reader_ : reader_of_none_;
+    const bool is_question = asked.method == "GET" || asked.method == "OPTIONS";  // of anybody
+    const BodyReader& reader = is_question ? reader_of_none_ : reader_;
     return timer_.timeoutAfter(kBodyTime, reader.ReadAll(body, arriving))
         .catch_([arriving](kj::Exception&& exception) {
           if (exception.getType() == kj::Exception::Type::FAILED) {
@@ -306,7 +305,9 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     if (!answer.who.empty()) response.entry().who = answer.who;
     response.entry().upload = answer.upload;
     auto share = kj::heap<BudgetShare>(limits_.answers);
-    if (answer.body.size() > kSmallAnswerBytes && !share->Grow(answer.body.size())) {
+    // One larger than all may be is sent alone.
+    const uint64_t bytes = std::min<uint64_t>(answer.body.size(), kAnswersBytesMax);
+    if (bytes > kSmallAnswerBytes && !is_of_owner_ && !share->Grow(bytes)) {
       answer = ComeAgain(503, "the answers on their way fill the memory: ask again in a while", 5);
     }
     auto shared = kj::heap<HttpAnswer>(std::move(answer));
@@ -395,8 +396,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
   CityService* const service_;
   Limits& limits_;
   kj::Timer& timer_;
-  const BodyReader reader_;
-  const BodyReader reader_of_none_;  // of requests that have no body
+  const BodyReader reader_, reader_of_none_;  // the latter of requests that have no body
   Budget* const taken_;              // connections
   const kj::HttpHeaderTable& table_;
   const KnownHeaders& known_;

@@ -205,8 +205,9 @@ void PhotoIntake::EndUpload(Upload* upload, const Result<AddOutcome>& outcome) {
 
 void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
   if (auto refusal = RefuseBody(request)) return answered(*std::move(refusal));
-  if (!request.is_of_owner) {  // who may have files of any name
-    const Status named = CheckPhotoName(Parameter(request, "name"));
+  const std::string name = Parameter(request, "name");
+  if (!request.is_of_owner && !name.empty()) {  // the owner may have files of any name
+    const Status named = CheckPhotoName(name);
     if (!named.ok()) return answered(ProblemOf(named));
   }
   uint32_t contribution = 0;
@@ -219,7 +220,7 @@ void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
     if (!of_all.ok()) return answered(ProblemOf(of_all.status()));
     if (request.may_name_others) sender = of_all->contributor;
   }
-  PhotoSubmission photo{{Parameter(request, "name"), "", std::move(request.body)},
+  PhotoSubmission photo{{name, "", std::move(request.body)},
                         Parameter(request, "camera"),
                         Parameter(request, "contributor", sender),
                         contribution};

@@ -10,33 +10,6 @@ ImageSize UprightSize(ImageSize stored, int orientation) {
   return stored;
 }
 
-bool KeepsSides(int orientation) {
-  return orientation >= 2 && orientation <= 4;
-}
-
-cv::Point2d StoredPoint(cv::Point2d upright_px, ImageSize stored, int orientation) {
-  const auto [u, v] = std::pair(upright_px.x, upright_px.y);
-  const double right = stored.width_px - 1.0, bottom = stored.height_px - 1.0;
-  switch (orientation) {
-    case 2:
-      return {right - u, v};
-    case 3:
-      return {right - u, bottom - v};
-    case 4:
-      return {u, bottom - v};
-    case 5:
-      return {v, u};
-    case 6:
-      return {v, bottom - u};
-    case 7:
-      return {right - v, bottom - u};
-    case 8:
-      return {right - v, u};
-    default:
-      return upright_px;
-  }
-}
-
 cv::Mat Upright(const cv::Mat& stored, int orientation) {
   constexpr int kUpsideDown = 0, kLeftRight = 1, kBoth = -1;  // cv::flip's codes
   cv::Mat upright;

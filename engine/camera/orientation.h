@@ -12,14 +12,6 @@ namespace veduta {
 // The size after Upright; orientations 5 to 8 swap the sides. `orientation` in [1, 8].
 ImageSize UprightSize(ImageSize stored, int orientation);
 
-// Whether turning the photo upright, by half a turn or as a mirror does, leaves its size: 2 to 4.
-// Its size does not tell then which way round its camera was calibrated; most cameras are by photos
-// that need not be turned, whose pixels are stored as the sensor has them.
-bool KeepsSides(int orientation);
-
-// Where a pixel of the upright photo is stored.
-cv::Point2d StoredPoint(cv::Point2d upright_px, ImageSize stored, int orientation);
-
 // The stored image turned upright. For orientation 1 the result shares the pixels of `stored`.
 cv::Mat Upright(const cv::Mat& stored, int orientation);
 

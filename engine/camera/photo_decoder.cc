@@ -37,8 +37,7 @@ std::string Excess(const ImageSize& size, const DecodeLimits& limits) {
 
 // Sets the layout by the rule in the header; false if neither way round has the size wanted.
 bool ChooseLayout(ImageSize wanted, DecodedPhoto* photo) {
-  const bool keeps_sides = KeepsSides(photo->orientation);
-  if (wanted.empty() || (photo->upright_size == wanted && !keeps_sides)) {
+  if (wanted.empty() || photo->upright_size == wanted) {
     photo->layout = PhotoLayout::kUpright;
     return true;
   }

@@ -63,9 +63,9 @@ struct DecodedPhoto {
 // in a JPEG, floats, JPEG inside TIFF, AVIF ...) are kUnsupportedFormat with the reason.
 //
 // `wanted` is the camera's size. If the photo turned upright by its EXIF orientation has it, that
-// is what is returned, unless that keeps its sides (KeepsSides); otherwise, if the photo as stored
-// has it, the stored pixels (a camera calibrated on files read without EXIF); otherwise kWrongSize.
-// An empty `wanted` takes any size and returns the photo upright.
+// is what is returned; otherwise, if the photo as stored has it, the stored pixels (a camera
+// calibrated on files read without EXIF); otherwise kWrongSize. An empty `wanted` takes any size
+// and returns the photo upright.
 //
 // Deterministic; one thread; thread-safe. Never throws, never prints. Limits that Check refuses
 // are reported as kTooLarge.

@@ -171,8 +171,7 @@ Result<std::vector<RefinedLens>> Refine(const MappingContext& context,
 void KeepForOthers(CameraFamily* family, std::vector<CameraRecord>* known, DatabaseState* state,
                    Transaction* transaction) {
   CameraRecord kept = family->main();
-  kept.awaited_photos.clear();
-  kept.awaited_list = {};
+  kept.awaited = nullptr;
   const auto others = std::ranges::subrange(family->cameras.begin() + 1, family->cameras.end());
   auto at = std::ranges::find(others, kept.model, &CameraRecord::model);
   const bool is_there = at != others.end();

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <exception>
 
-#include "engine/camera/orientation.h"
 #include "engine/camera/projection.h"
 #include "engine/photo/camera_group.h"
 #include "engine/photo/photo_features.h"
@@ -198,9 +197,7 @@ void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes, const PhotoHead
                                  const std::optional<CameraModel>& camera,
                                  PreparedPhoto* photo) const {
   Stopwatch watch;
-  // Without a camera as with the one that is found by that.
-  const ImageSize any = KeepsSides(header.orientation) ? header.stored_size : ImageSize{};
-  const ImageSize wanted = camera ? ImageSize{camera->width_px, camera->height_px} : any;
+  const ImageSize wanted = camera ? ImageSize{camera->width_px, camera->height_px} : ImageSize{};
   DecodedPhoto decoded = DecodePhoto(decoder_, bytes, header, options_.limits, wanted);
   photo->decode_ms += watch.LapMs();
   if (decoded.outcome == DecodeOutcome::kNoMemory) {

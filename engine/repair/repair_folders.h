@@ -30,9 +30,10 @@ struct RepairFolders {
 // Beside the folder that `path` leads to: "." and links are followed. Looks for the N that is free.
 RepairFolders RepairFoldersFor(const std::string& path);
 
+// Whether the folder has any file that a database has and other folders have not.
+bool HasFilesOfDatabase(const std::string& folder);
 // kInvalidArgument where the database's folder is one that cannot be renamed, since a file system
 // is mounted there.
-bool HasFilesOfDatabase(const std::string& folder);
 Status CheckCanBeRenamed(const RepairFolders& folders);
 
 // Where an earlier switch was cut short.

@@ -3,10 +3,9 @@
 // A camera with its lens.
 
 #include <cstdint>
+#include <memory>
 #include <string>
-#include <vector>
 
-#include "storage/base/content_hash.h"
 #include "storage/base/ids.h"
 
 namespace veduta {
@@ -23,6 +22,8 @@ struct CameraModel {
   bool operator==(const CameraModel&) const = default;
 };
 
+struct AwaitedPhotos;  // storage/model/awaited_photos.h
+
 struct CameraRecord {
   CameraId id;
   std::string name;
@@ -31,11 +32,8 @@ struct CameraRecord {
   // Whether photos of the city alone have told its lens. Its focal length is then refined with what
   // they see; otherwise it stays.
   bool is_refinable = false;
-  // Of a camera that photos have told before they are stored (Engine::CalibrateFirst): those of the
-  // photos that it took, and what names all that were to be added together, in their order. So who
-  // is interrupted goes on as it had begun. Empty and zero once they were added.
-  std::vector<ContentHash> awaited_photos = {};
-  ContentHash awaited_list = {};
+  // Null once these photos were added, and where there never were any.
+  std::shared_ptr<const AwaitedPhotos> awaited = {};
 };
 
 }  // namespace veduta

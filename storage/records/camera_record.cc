@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/records/camera_record.h"
 
+#include <memory>
+#include <vector>
+
+#include "storage/model/awaited_photos.h"
 #include "storage/records/key_bytes.h"
 #include "storage/records/message.h"
 #include "storage/records/record_parts.h"
@@ -27,9 +31,9 @@ Status Check(const CameraRecord& camera) {
 
 Result<std::string> Encode(const CameraRecord& camera) {
   VEDUTA_RETURN_IF_ERROR(Check(camera));
-  const bool awaits = camera.awaited_list != ContentHash();
-  const size_t payload = camera.name.size() + camera.source.size() +
-                         sizeof(ContentHash) * (camera.awaited_photos.size() + (awaits ? 1 : 0));
+  const AwaitedPhotos* const awaited = camera.awaited.get();
+  const size_t hashes = awaited != nullptr ? awaited->photos.size() + 1 : 0;
+  const size_t payload = camera.name.size() + camera.source.size() + sizeof(ContentHash) * hashes;
   return WriteMessage<schema::Camera>(payload, [&](auto to) {
     to.setName(AsText(camera.name));
     to.setSource(AsText(camera.source));
@@ -44,8 +48,9 @@ Result<std::string> Encode(const CameraRecord& camera) {
     to.setU0(camera.model.u0);
     to.setV0(camera.model.v0);
     to.setIsRefinable(camera.is_refinable);
-    if (!camera.awaited_photos.empty()) to.setAwaitedPhotos(AsData(camera.awaited_photos));
-    if (awaits) to.setAwaitedList(AsData(&camera.awaited_list, 1));
+    if (awaited == nullptr) return;
+    to.setAwaitedPhotos(AsData(awaited->photos));
+    to.setAwaitedList(AsData(&awaited->list, 1));
   });
 }
 
@@ -58,11 +63,12 @@ Status Decode(std::string_view value, CameraId id, CameraRecord* camera) {
                      from.getCx(),      from.getCy(),       from.getK1(), from.getK2(),
                      from.getU0(),      from.getV0()};
     camera->is_refinable = from.getIsRefinable();
-    if (!CopyRows(from.getAwaitedPhotos(), &camera->awaited_photos))
-      return BadRows("awaited_photos");
+    const auto awaited = std::make_shared<AwaitedPhotos>();
+    if (!CopyRows(from.getAwaitedPhotos(), &awaited->photos)) return BadRows("awaited_photos");
     std::vector<ContentHash> list;
     if (!CopyRows(from.getAwaitedList(), &list) || list.size() > 1) return BadRows("awaited_list");
-    camera->awaited_list = list.empty() ? ContentHash() : list.front();
+    if (!list.empty()) awaited->list = list.front();
+    camera->awaited = list.empty() ? nullptr : awaited;
     return Damaged(Check(*camera));
   });
 }

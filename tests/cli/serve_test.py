@@ -87,7 +87,7 @@ class Asking(Case):
                 (400, 'GET', '/v1/journal?from=1&from=2', 'twice'),
                 (400, 'GET', '/v1/status?verbose=yes', "'verbose'"),
                 (400, 'GET', '/v1/events?from=last', 'NUMBER'),
-                (400, 'POST', '/v1/photos', 'path below a folder'),
+                (400, 'POST', '/v1/photos', 'no name'),
                 (400, 'POST', '/v1/photos?name=../a.jpg', 'leads out'),
                 (400, 'POST', '/v1/photos?name=/a.jpg', 'leads out'),
                 (400, 'POST', '/v1/photos?name=a%0a%00.jpg', 'control characters'),

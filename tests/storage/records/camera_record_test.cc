@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "storage/model/awaited_photos.h"
 #include "tests/storage/records/codec_checks.h"
 
 namespace veduta {
@@ -22,8 +23,8 @@ TEST(CameraRecord, RoundTrips) {
                       {1, 2, 3.5, 4, 5, 6, -7, 8, 9, -0.0},
                       std::string("a\0b", 3)};
   camera.is_refinable = true;
-  camera.awaited_photos = {HashOf("one"), HashOf("other")};
-  camera.awaited_list = HashOf("list");
+  const AwaitedPhotos awaited{{HashOf("one"), HashOf("other")}, HashOf("list")};
+  camera.awaited = std::make_shared<const AwaitedPhotos>(awaited);
   CameraRecord decoded;
   RoundTrip(camera, &decoded, camera.id);
   EXPECT_EQ(decoded.id, camera.id);
@@ -31,14 +32,14 @@ TEST(CameraRecord, RoundTrips) {
   EXPECT_EQ(decoded.source, camera.source);
   EXPECT_EQ(decoded.model, camera.model);
   EXPECT_TRUE(decoded.is_refinable);
-  EXPECT_EQ(decoded.awaited_photos, camera.awaited_photos);
-  EXPECT_EQ(decoded.awaited_list, camera.awaited_list);
+  ASSERT_NE(decoded.awaited, nullptr);
+  EXPECT_EQ(decoded.awaited->photos, awaited.photos);
+  EXPECT_EQ(decoded.awaited->list, awaited.list);
   CameraRecord empty;
   empty.id = CameraId(1);
   RoundTrip(empty, &decoded, empty.id);
   EXPECT_EQ(decoded.name, "");
-  EXPECT_TRUE(decoded.awaited_photos.empty());
-  EXPECT_EQ(decoded.awaited_list, ContentHash());
+  EXPECT_EQ(decoded.awaited, nullptr);
   EXPECT_EQ(decoded.model, CameraModel{});
 }
 
@@ -52,8 +53,8 @@ TEST(CameraRecord, RefusesWhatBreaksARule) {
 
 TEST(CameraRecord, DamagedValueIsCorruption) {
   CameraRecord camera{CameraId(1), "Nikon", {1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, "by hand"};
-  camera.awaited_photos = {HashOf("one")};
-  camera.awaited_list = HashOf("list");
+  camera.awaited =
+      std::make_shared<const AwaitedPhotos>(AwaitedPhotos{{HashOf("one")}, HashOf("list")});
   Fuzz(camera, CameraId(1));
 }
 
