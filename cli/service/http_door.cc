@@ -397,7 +397,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
   Limits& limits_;
   kj::Timer& timer_;
   const BodyReader reader_, reader_of_none_;  // the latter of requests that have no body
-  Budget* const taken_;              // connections
+  Budget* const taken_;                       // connections
   const kj::HttpHeaderTable& table_;
   const KnownHeaders& known_;
   const bool is_of_owner_;  // no browser comes by its socket
