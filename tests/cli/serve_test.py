@@ -241,6 +241,7 @@ class Asking(Case):
         """Where the process has no file to spare, nobody is let in, and all are afterwards."""
         with Daemon(new_database('no_files'), limits={resource.RLIMIT_NOFILE: 120}) as daemon:
             host, port = daemon.host.split(':')
+            time.sleep(3)  # until all of its threads have begun, which want files themselves
             with contextlib.ExitStack() as held:
                 for _ in range(150):
                     held.enter_context(socket.create_connection((host, int(port)), timeout=60))
