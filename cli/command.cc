@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/command.h"
 
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -62,8 +63,10 @@ CLI::Validator SizeInBytes() {
 CLI::Validator AboveZero() {
   return {[](std::string& text) -> std::string {
             double number = 0;
-            const bool is_number = CLI::detail::lexical_cast(text, number);
-            if (is_number && number > 0 && std::isfinite(number)) return "";
+            const char* const last = text.data() + text.size();
+            const auto [end, error] = std::from_chars(text.data(), last, number);
+            const bool is_number = error == std::errc() && end == last && std::isfinite(number);
+            if (is_number && number > 0) return "";
             return "'" + text + "' is no number above 0";
           },
           "ABOVE 0"};

@@ -154,7 +154,9 @@ std::optional<HttpAnswer> CityService::Refuse(HttpRequest* request) const {
 bool CityService::StillAllows(HttpRequest* request) const {
   auto found = FindRoute(*request);
   const auto* const match = std::get_if<RouteMatch>(&found);
-  return match != nullptr && !gatekeeper_.Refuse(*engine_, *match->route, request);
+  if (match == nullptr) return false;
+  const auto refusal = gatekeeper_.Refuse(*engine_, *match->route, request);
+  return !refusal || refusal->code == 503;  // its token cannot be read now, and is asked for again
 }
 
 void CityService::Handle(HttpRequest request, Answered answered) {

@@ -108,8 +108,7 @@ struct PhotoIntake::Upload {
   std::optional<Result<AddOutcome>> ended;
   std::string why_not;          // why its turn has failed, or has not come
   std::vector<Listener> heard;  // those who wait
-
-  size_t look_at = 16;  // so many of them, for some may have left
+  size_t look_at = 16;          // so many of them, for some may have left
 
   UploadNews news() const { return {number, name, contributor, ended, why_not, awaits_camera}; }
 };
