@@ -110,6 +110,7 @@ Status HealingWriter::ProposeSeam(MapLoader* loader, ReconstructionId own, Recon
       HypothesisOf(own, other, same_frame, JudgeSeam(map, seam, same_frame, parts_.options.mapper),
                    RefusalReason::kSplit);
   hypothesis.images = images;
+  hypothesis.is_due = true;  // images may have stayed on the wrong side
   PutNewHypothesis(std::move(hypothesis), &state_, scope_.transaction.get());
   return Status::Ok();
 }

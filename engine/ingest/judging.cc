@@ -126,9 +126,21 @@ Result<Placement> JudgeByLoop(const MappingContext& context, const Side& side,
   return placement;
 }
 
-// The judgment by all that there is; nothing where no image is at the seam.
-Result<Placement> JudgeFrom(const MappingContext& context, const Side& side) {
-  if (side.near.empty()) return Placement();
+// Whether nothing has judged the seam since an adjustment has split the two there.
+bool IsJustSplit(const HypothesisRecord& hypothesis) {
+  return hypothesis.reason == RefusalReason::kSplit && hypothesis.judgment_count == 1;
+}
+
+// The judgment by all that there is; nothing where no image is at the seam. What has just been
+// split stays so, and it is only asked whether all images went to the right side.
+Result<Placement> JudgeFrom(const MappingContext& context, const Side& side,
+                            const HypothesisRecord& hypothesis) {
+  Placement as_it_is;
+  if (side.near.empty()) return as_it_is;
+  if (IsJustSplit(hypothesis)) {
+    as_it_is.refused.push_back(hypothesis);
+    return as_it_is;
+  }
   VEDUTA_ASSIGN_OR_RETURN(Placement judged, Judge(context, side));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> all,
                           context.loader->snapshot().ListHypotheses());
@@ -146,8 +158,10 @@ std::vector<ImageId> Union(const std::vector<ImageId>& a, const std::vector<Imag
 // and only there, an image goes where most of its matches lead: twins match each other, too.
 Result<SideDoubts> WeighSeam(const MappingContext& context, const Side& side,
                              const HypothesisRecord& refused, std::span<const ImageId> images) {
-  const bool is_contradicted = TellsPlacesApart(refused.reason);
-  const bool lacks = refused.missing_cells >= context.options.doubt.better_missing_cells_min;
+  const bool is_torn = IsJustSplit(refused) && refused.contradicting_pairs > refused.agreeing_pairs;
+  const bool is_contradicted = is_torn || TellsPlacesApart(refused.reason);
+  const bool lacks =
+      is_torn || refused.missing_cells >= context.options.doubt.better_missing_cells_min;
   SideDoubts doubts;
   if (!is_contradicted && !lacks) {
     for (const auto& [own, other] : {std::pair(side.own, side.other), {side.other, side.own}}) {
@@ -300,7 +314,7 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
   VEDUTA_ASSIGN_OR_RETURN(const Side side, FindSide(*scope.base, hypothesis));
   Transaction* const transaction = scope.transaction.get();
   VEDUTA_ASSIGN_OR_RETURN(const bool would_go_round, WouldGoRound(*scope.base, state, hypothesis));
-  if (would_go_round) {
+  if (would_go_round && !IsJustSplit(hypothesis)) {
     hypothesis.is_due = false;
     transaction->PutHypothesis(hypothesis);
     VEDUTA_RETURN_IF_ERROR(transaction->Commit());
@@ -308,8 +322,9 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
   }
   parts.TrimMap();
   MapLoader loader(scope.base, parts.features, parts.map);
-  VEDUTA_ASSIGN_OR_RETURN(Placement placement,
-                          JudgeFrom({&loader, parts.map, parts.pool, parts.options.mapper}, side));
+  VEDUTA_ASSIGN_OR_RETURN(
+      Placement placement,
+      JudgeFrom({&loader, parts.map, parts.pool, parts.options.mapper}, side, hypothesis));
   Judgment judgment;
   if (!placement.merges.empty()) {
     VEDUTA_RETURN_IF_ERROR(

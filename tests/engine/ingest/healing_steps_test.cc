@@ -55,7 +55,8 @@ std::vector<std::string> Entries(const SceneDatabase& scene, const std::string& 
   return entries;
 }
 
-// The seam is a hypothesis that waits for new evidence, with the pairs that contradict it.
+// The seam is a hypothesis with the pairs that contradict it. A step weighs its sides once, and then
+// it waits for new evidence.
 void ExpectSeamIsListed(const Snapshot& snapshot) {
   const auto hypotheses = HypothesesOf(snapshot, kSplit);
   ASSERT_OK(hypotheses);
@@ -69,7 +70,7 @@ void ExpectSeamIsListed(const Snapshot& snapshot) {
   EXPECT_EQ(stored.contradicting_pairs, 8u);
   EXPECT_EQ(stored.contradicting_matches, 8u * DoubtOptions().pair_weight_max);
   EXPECT_EQ(stored.judgment_count, 1u);
-  EXPECT_FALSE(stored.is_due);
+  EXPECT_TRUE(stored.is_due);
   EXPECT_FALSE(stored.image.valid()) << "no photo has proposed it";
   EXPECT_FALSE(stored.images.empty());
 }
@@ -203,6 +204,11 @@ TEST(HealingSteps, TheStepTellsWhatItTookBack) {
   EXPECT_EQ(step->kind, FollowUpKind::kAdjustment);
   EXPECT_EQ(step->split_off, std::vector{kSplit});
   EXPECT_TRUE(step->unplaced.empty());
+  const auto weighing = ingest.RunNextStep();
+  ASSERT_TRUE(weighing.has_value());
+  EXPECT_EQ(weighing->kind, FollowUpKind::kJudgment);
+  EXPECT_FALSE(weighing->merged_into.valid());
+  EXPECT_TRUE(weighing->unplaced.empty()) << "all went to the right side";
   EXPECT_FALSE(ingest.RunNextStep().has_value());
 }
 

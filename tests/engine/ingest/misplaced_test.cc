@@ -80,8 +80,10 @@ class Misplaced : public testing::Test {
                        BeginWrite(scene_.database())));
     }
   }
-  void PutHypothesis() {
+  void PutHypothesis(RefusalReason reason = RefusalReason::kFewPairs) {
     HypothesisRecord hypothesis;
+    hypothesis.reason = reason;
+    hypothesis.contradicting_pairs = 1;
     hypothesis.a = kFirst;
     hypothesis.b = kSecond;
     hypothesis.a_from_b = AnotherFrame().Inverse();
@@ -235,6 +237,34 @@ TEST_F(Misplaced, ItLosesItsPoseAndGetsTheRightOne) {
   const auto violations = FindViolations(*scene_.Snap(), 9);
   ASSERT_OK(violations);
   EXPECT_TRUE(violations->empty());
+}
+
+TEST_F(Misplaced, OfWhatWasJustSplitItLosesItsPoseToo) {
+  Misplace();
+  PutHypothesis(RefusalReason::kSplit);
+  const auto done = Settle();
+  ASSERT_GE(done.size(), 2u);
+  EXPECT_EQ(done[0].kind, FollowUpKind::kJudgment);
+  EXPECT_FALSE(done[0].merged_into.valid()) << "nothing new speaks for joining them";
+  ASSERT_EQ(done[0].unplaced.size(), 1u);
+  EXPECT_EQ(done[0].unplaced[0].image, kWrong);
+  EXPECT_EQ(done[1].kind, FollowUpKind::kPropagation);
+  EXPECT_FALSE(done[1].placed.empty());
+}
+
+TEST_F(Misplaced, WhatWasJustSplitStaysSo) {
+  PutHypothesis(RefusalReason::kSplit);
+  const auto done = Settle();
+  ASSERT_EQ(done.size(), 1u);
+  EXPECT_EQ(done[0].kind, FollowUpKind::kJudgment);
+  EXPECT_TRUE(done[0].unplaced.empty());
+  EXPECT_EQ(ListLiving(*scene_.Snap())->size(), 2u);
+  const auto hypotheses = scene_.Snap()->ListHypotheses();
+  ASSERT_OK(hypotheses);
+  ASSERT_EQ(hypotheses->size(), 1u);
+  EXPECT_EQ(hypotheses->front().reason, RefusalReason::kSplit);
+  EXPECT_EQ(hypotheses->front().judgment_count, 2u);
+  EXPECT_FALSE(hypotheses->front().is_due);
 }
 
 TEST_F(Misplaced, TheDigestDoesNotDependOnThreads) {
