@@ -276,6 +276,7 @@ Result<GeoreferenceAnswer> GeoreferenceBeside(DaemonClient* daemon,
   DaemonClient::Question question{"POST", "/v1/georeference", "text/plain", {}};
   question.path += "?deviation=" + JsonLine(Json(request.ground_deviation_m)) +
                    "&actor=" + EncodeForQuery(request.actor) +
+                   "&file=" + EncodeForQuery(request.ground_points_path) +
                    (request.forget_ground_points ? "&forget=yes" : "");
   question.body = {reinterpret_cast<const uint8_t*>(text.data()), text.size()};
   VEDUTA_ASSIGN_OR_RETURN(const Json json, AskForJson(daemon, question));

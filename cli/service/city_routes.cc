@@ -299,7 +299,10 @@ HttpAnswer GetPoints(Engine* engine, const HttpRequest&, const PathArguments& ar
 
 Result<GeoreferenceRequest> GeoreferenceOf(const HttpRequest& request) {
   GeoreferenceRequest wanted;
-  if (!request.body.empty()) wanted.ground_points.emplace(request.body.begin(), request.body.end());
+  if (!request.body.empty()) {
+    wanted.ground_points.emplace(request.body.begin(), request.body.end());
+    wanted.ground_points_path = Parameter(request, "file");  // for messages; nothing is read there
+  }
   wanted.forget_ground_points = Parameter(request, "forget") == "yes";
   wanted.actor = request.who.empty() ? Parameter(request, "actor", "anonymous") : request.who;
   const std::string deviation = Parameter(request, "deviation");
@@ -377,7 +380,7 @@ std::vector<CityRoute> RoutesOfCity() {
       {"GET", {"v1", "georeference"}, {}, GetGeoreference, true},
       {"POST",
        {"v1", "georeference"},
-       {"deviation", "forget", "actor"},
+       {"deviation", "forget", "actor", "file"},
        SetGeoreference,
        false,
        false,

@@ -73,9 +73,9 @@ std::string CityMetrics(const StatusAnswer& city) {
 // Whether the request, where it fails by the disk, fails by a write of the database: others read or
 // write files besides, or tell of it themselves.
 bool WritesRecords(const HttpRequest& request) {
-  static const std::set<std::string> kWriting = {"allowed",   "cameras",      "contributions",
-                                                 "forbidden", "georeference", "hidden",
-                                                 "removals",  "reports",      "tokens"};
+  static const std::set<std::string> kWriting = {
+      "allowed", "cameras",  "contributions", "densify", "forbidden", "georeference", "hidden",
+      "models",  "removals", "reports",       "settle",  "tokens",    "vocabulary"};
   return request.method != "GET" && request.path.size() > 1 && kWriting.contains(request.path[1]);
 }
 

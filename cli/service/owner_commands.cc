@@ -26,7 +26,9 @@ HttpAnswer AnswerOf(const Status& status) {
 // What a piece of work that goes on after failures has done, and the failure, or null.
 HttpAnswer AnswerWith(Json done, const Status& status) {
   done["failure"] = status.ok() ? Json(nullptr) : Json::parse(ProblemOf(status).body);
-  return JsonAnswer(200, done);
+  HttpAnswer answer = JsonAnswer(200, done);
+  answer.is_of_disk = status.code() == StatusCode::kIoError;
+  return answer;
 }
 
 Result<uint32_t> Small(const Json& object, const char* name) {

@@ -159,7 +159,7 @@ std::vector<ImageId> Union(const std::vector<ImageId>& a, const std::vector<Imag
 Result<SideDoubts> WeighSeam(const MappingContext& context, const Side& side,
                              const HypothesisRecord& refused, std::span<const ImageId> images) {
   const bool is_torn = IsJustSplit(refused) && refused.contradicting_pairs > refused.agreeing_pairs;
-  const bool is_contradicted = is_torn || TellsPlacesApart(refused.reason);
+  const bool is_contradicted = TellsPlacesApart(refused.reason);
   const bool lacks =
       is_torn || refused.missing_cells >= context.options.doubt.better_missing_cells_min;
   SideDoubts doubts;

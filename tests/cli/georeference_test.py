@@ -176,7 +176,7 @@ class Georeference(Case):
             self.assertEqual(told, ask('georeference', alone, '--gcp', at('beside.txt'), '--by',
                                        'surveyor'))
             self.assertEqual(told['unknown_photos'], ['none.jpg'])
-            self.refused(1, 'line 1', 'georeference', beside, '--gcp', __file__)
+            self.refused(1, __file__ + ': line 1', 'georeference', beside, '--gcp', __file__)
             self.assertEqual(daemon.ask('POST', '/v1/georeference')[0], 403)
             self.assertEqual(daemon.get('/v1/georeference')['ground_points'],
                              told['ground_points'])

@@ -272,6 +272,8 @@ class Starting(Case):
             self.refused(2, 'localhost', 'serve', WHOLE, '--http', address)
         self.refused(1, 'cannot serve', 'serve', WHOLE, '--http', '127.0.0.1:99999')
         self.refused(1, 'none', 'serve', at('none'))
+        self.refused(1, 'no OpenCL device is "abacus"', 'serve', WHOLE, '--device', 'abacus')
+        self.refused(2, 'not executable', 'serve', WHOLE, '--blur', WHOLE + '/CURRENT')
 
 
 class Taking(Case):
