@@ -55,8 +55,8 @@ std::vector<std::string> Entries(const SceneDatabase& scene, const std::string& 
   return entries;
 }
 
-// The seam is a hypothesis with the pairs that contradict it. A step weighs its sides once, and then
-// it waits for new evidence.
+// The seam is a hypothesis with the pairs that contradict it. A step weighs its sides once, and
+// then it waits for new evidence.
 void ExpectSeamIsListed(const Snapshot& snapshot) {
   const auto hypotheses = HypothesesOf(snapshot, kSplit);
   ASSERT_OK(hypotheses);
