@@ -196,8 +196,9 @@ Status EngineParts::NoteCopy(const std::string& action, const std::string& folde
   return transaction->Commit();
 }
 
-// Compacts without a turn, so photos are added meanwhile. RocksDB's manifest may have the photos'
-// names until it is written anew, which opening does.
+// Compacts without a turn, so photos are added meanwhile; where others went meanwhile, their bytes
+// are left to the next call. RocksDB's manifest may have the photos' names until it is written
+// anew, which opening does.
 Status EngineParts::PurgeRemoved() {
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState before, database->GetSnapshot()->GetState());
   if (!before.removed_bytes_left) return Status::Ok();
@@ -207,6 +208,11 @@ Status EngineParts::PurgeRemoved() {
   const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, transaction->base()->GetState());
   state.removed_bytes_left = false;
+  VEDUTA_RETURN_IF_ERROR(
+      transaction->base()->ScanJournal(before.next_journal, [&](const JournalRecord& entry) {
+        state.removed_bytes_left = entry.action == "remove" || entry.action == "replace";
+        return !state.removed_bytes_left;
+      }));
   transaction->PutState(state);
   return transaction->Commit();
 }

@@ -50,14 +50,37 @@ std::optional<double> NumberOf(std::string_view text) {
   return number;
 }
 
-// "WGS84 UTM 33N" in the words of PROJ; other texts as they are.
+// "WGS84 UTM 33N" in the words of PROJ; other texts as they are. Empty where the zone or its side
+// are missing.
 std::string DefinitionOf(std::string_view text) {
   constexpr std::string_view kUtm = "WGS84 UTM ";
-  if (!text.starts_with(kUtm) || text.size() < kUtm.size() + 2) return std::string(text);
-  const char side = text.back();
-  const std::string zone(text.substr(kUtm.size(), text.size() - kUtm.size() - 1));
-  return "+proj=utm +zone=" + zone + (side == 'S' ? " +south" : "") +
-         " +datum=WGS84 +units=m +no_defs";
+  if (text.starts_with("+proj=")) return std::string(text) + " +type=crs";
+  if (!text.starts_with(kUtm)) return std::string(text);
+  text.remove_prefix(kUtm.size());
+  int zone = 0;
+  const auto [side, error] = std::from_chars(text.data(), text.data() + text.size(), zone);
+  const std::string_view named(side, text.data() + text.size());
+  const bool is_south = named == "S" || named == "s";
+  if (error != std::errc() || zone < 1 || zone > 60 || !(is_south || named == "N" || named == "n"))
+    return "";
+  return "+proj=utm +zone=" + std::to_string(zone) + (is_south ? " +south" : "") +
+         " +datum=WGS84 +units=m +no_defs +type=crs";
+}
+
+using Projection = std::unique_ptr<PJ, decltype(&proj_destroy)>;
+
+// From the coordinates that `definition` names to WGS 84; null where PROJ knows none. Without
+// `allow_guesses` also where a grid is missing, so that heights would stay what they are.
+Projection TransformOf(PJ_CONTEXT* context, const std::string& definition, bool allow_guesses) {
+  const Projection from(proj_create(context, definition.c_str()), &proj_destroy);
+  const Projection to(proj_create(context, "EPSG:4979"), &proj_destroy);
+  if (from == nullptr || to == nullptr) return {nullptr, &proj_destroy};
+  const char* const strictly[] = {"ALLOW_BALLPARK=NO", nullptr};
+  const Projection as_given(proj_create_crs_to_crs_from_pj(context, from.get(), to.get(), nullptr,
+                                                           allow_guesses ? nullptr : strictly),
+                            &proj_destroy);
+  if (as_given == nullptr) return {nullptr, &proj_destroy};
+  return {proj_normalize_for_visualization(context, as_given.get()), &proj_destroy};
 }
 
 // From the coordinates of the file to latitude, longitude and height.
@@ -68,19 +91,19 @@ class ToWgs84 final {
     const std::string definition = DefinitionOf(named);
     proj_log_level(made->context_.get(), PJ_LOG_NONE);
     proj_context_set_enable_network(made->context_.get(), 0);
-    std::unique_ptr<PJ, decltype(&proj_destroy)> as_given(
-        proj_create_crs_to_crs(made->context_.get(), definition.c_str(), "EPSG:4979", nullptr),
-        &proj_destroy);
-    if (as_given != nullptr) {
-      made->transform_.reset(
-          proj_normalize_for_visualization(made->context_.get(), as_given.get()));
+    PJ_CONTEXT* const context = made->context_.get();
+    made->transform_ = TransformOf(context, definition, false);
+    if (made->transform_ != nullptr) return made;
+    if (TransformOf(context, definition, true) != nullptr) {
+      return Wrong(1,
+                   "'" + std::string(named) +
+                       "' needs a grid, as of a geoid, that PROJ does not have here (projsync of "
+                       "proj-bin fetches it); or write heights above the ellipsoid, and the code "
+                       "of the plan alone");
     }
-    if (made->transform_ == nullptr) {
-      return Wrong(1, "'" + std::string(named) +
-                          "' names no coordinates; write their code (EPSG:25833), or a "
-                          "definition of PROJ (+proj=utm +zone=33 +datum=WGS84)");
-    }
-    return made;
+    return Wrong(1, "'" + std::string(named) +
+                        "' names no coordinates; write their code (EPSG:25833), their zone (WGS84 "
+                        "UTM 33N), or a definition of PROJ (+proj=utm +zone=33 +datum=WGS84)");
   }
 
   std::optional<GeoPosition> Transform(double east, double north, double height) const {
@@ -97,7 +120,7 @@ class ToWgs84 final {
       : context_(proj_context_create(), &proj_context_destroy),
         transform_(nullptr, &proj_destroy) {}
   std::unique_ptr<PJ_CONTEXT, decltype(&proj_context_destroy)> context_;
-  std::unique_ptr<PJ, decltype(&proj_destroy)> transform_;
+  Projection transform_;
 };
 
 Result<GroundLine> ParseLine(std::string_view text, int number, const ToWgs84& to_wgs84) {

@@ -55,7 +55,8 @@ Result<bool> ExchangeInMap(const IngestParts& parts, const WriteScope& scope,
   return true;
 }
 
-// Its pairs are those that the larger copy has been verified with. Returns the others' numbers.
+// Its pairs are those that the larger copy has been verified with, but for those that somebody has
+// forbidden of the stored photo. Returns the others' numbers.
 Result<std::vector<ImageId>> ExchangePairs(const Snapshot& snapshot, ImageId stored,
                                            const BetterVersion& better, Transaction* transaction) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> before, snapshot.ListNeighbors(stored));
@@ -63,7 +64,10 @@ Result<std::vector<ImageId>> ExchangePairs(const Snapshot& snapshot, ImageId sto
   std::vector<ImageId> others;
   for (const PairRecord& pair : better.pairs) {
     const PairMatches matches = MatchesFrom(pair, better.record.id);
-    if (matches.other == stored) continue;
+    VEDUTA_ASSIGN_OR_RETURN(
+        const bool is_forbidden,
+        snapshot.IsForbidden(ForbiddenKind::kPair, stored.value, matches.other.value));
+    if (matches.other == stored || is_forbidden) continue;
     transaction->PutPair(RecordOf(matches, stored));
     others.push_back(matches.other);
   }

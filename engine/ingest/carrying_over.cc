@@ -268,8 +268,16 @@ Result<bool> IsDueAnew(const FoundAdjustment& found, const ReconstructionRecord&
   const auto is_same = [](const ForbiddenRecord& x, const ForbiddenRecord& y) {
     return x.a == y.a && x.b == y.b;
   };
-  return now.images_at_adjustment != found.record.images_at_adjustment ||
-         !std::ranges::equal(forbidden, found.forbidden, is_same);
+  if (now.images_at_adjustment != found.record.images_at_adjustment ||
+      !std::ranges::equal(forbidden, found.forbidden, is_same))
+    return true;
+  if (now.images_at_adjustment > 0) return false;
+  // It was due already, so that images which have left since could not make it due.
+  for (const ImageId id : found.images) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(id));
+    if (!pose || pose->reconstruction != found.record.id) return true;
+  }
+  return false;
 }
 
 Result<AdjustedWhole> CarryOver(const IngestParts& parts, const FoundAdjustment& found,

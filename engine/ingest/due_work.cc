@@ -97,6 +97,7 @@ Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
                           snapshot.ListReconstructions());
   VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(snapshot));
   for (const ReconstructionRecord& record : reconstructions) {
+    if (!record.is_living()) continue;
     const bool is_parted = submaps.IsParted(record.id);
     const bool is_relaxed = IsRelaxed(record, is_parted, schedule);
     const bool is_due = IsAdjustmentDue(record, is_parted, schedule);
@@ -142,6 +143,7 @@ Result<std::optional<DueStep>> FindLongStep(const Snapshot& snapshot,
                           snapshot.ListReconstructions());
   VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(snapshot));
   for (const ReconstructionRecord& record : reconstructions) {
+    if (!record.is_living()) continue;
     const bool is_parted = submaps.IsParted(record.id);
     const DueStep whole = WholeOf(record, is_parted, schedule);
     if (!whole.is_long || !IsAdjustmentDue(record, is_parted, schedule) ||

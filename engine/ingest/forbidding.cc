@@ -156,7 +156,9 @@ Status Allow(ForbiddenKind kind, uint32_t a, uint32_t b, const std::string& acto
   scope.transaction->DeleteForbidden(kind, a, b);
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   const ImageId image = is_pose ? ImageId(a) : ImageId();
-  if (is_pose) state.pending_propagation.push_back(image);
+  std::vector<ImageId>& retries = state.pending_propagation;
+  const bool is_tried = std::ranges::find(retries, image) != retries.end();
+  if (is_pose && !is_tried) retries.push_back(image);
   return CommitWith({0, 0, actor, "allow", image, {}, WithReason(what, reason)}, std::move(state),
                     scope);
 }

@@ -15,8 +15,26 @@
 #include "engine/ingest/local_unplacing.h"
 #include "engine/ingest/seam.h"
 #include "engine/journal/journal.h"
+#include "engine/query/forbidden.h"
 
 namespace veduta {
+
+// What may not be merged with the whole may not be merged with its part either.
+Status HealingWriter::ForbidAsOfWhole(ReconstructionId part) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ForbiddenRecord> all, scope_.base->ListForbidden());
+  for (ForbiddenRecord forbidden : all) {
+    if (forbidden.kind != ForbiddenKind::kMerge) continue;
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId a,
+                            MergedEnd(*scope_.base, ReconstructionId(forbidden.a)));
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId b,
+                            MergedEnd(*scope_.base, ReconstructionId(forbidden.b)));
+    if (a != from_ && b != from_) continue;
+    forbidden.a = (a == from_ ? b : a).value;  // given before the part's, so it is lower
+    forbidden.b = part.value;
+    scope_.transaction->PutForbidden(forbidden);
+  }
+  return Status::Ok();
+}
 
 Status HealingWriter::SplitOff(const Healing& healing) {
   for (const std::vector<ImageId>& part : healing.parts) {
@@ -39,6 +57,7 @@ Status HealingWriter::SplitOff(const Healing& healing) {
                    std::to_string(part.size()) + " images of reconstruction " +
                        std::to_string(from_.value) + ", whose frame it keeps"},
                   &state_, scope_.transaction.get());
+    VEDUTA_RETURN_IF_ERROR(ForbidAsOfWhole(record.id));
     adjusted_.split_off.push_back(record.id);
   }
   return Status::Ok();

@@ -21,14 +21,15 @@ class HealingWriter final {
       : parts_(parts), scope_(scope), from_(from), state_(*state) {}
 
   // Each part becomes a reconstruction of its own, in the frame that it had, whose points are
-  // written ahead. Moves the images and blocks of the map.
+  // written ahead. What is forbidden to be merged with the whole is forbidden of the part, too.
+  // Moves the images and blocks of the map.
   Status SplitOff(const Healing& healing);
   // A seam of the reconstruction with another one becomes one of each part that has an image there,
   // in whose frame nothing has changed. All are due. Comes after SplitOff.
   Status ShareSeams(const Healing& healing);
   // Each seam along which a part was split off becomes a hypothesis that its two sides are one,
-  // with the votes of the verified pairs across it. It is not due until one of the reasons of
-  // hypotheses.h makes it so. Comes after SplitOff. Loads what is around the seams.
+  // with the votes of the verified pairs across it. It is due, so that its sides are weighed
+  // (judging.h). Comes after SplitOff. Loads what is around the seams.
   Status ProposeSeams();
   // Images that lost their poses are tried again at once. One that was doubted before, since a
   // person last did something, waits for a neighbour: placing and doubting it would never end.
@@ -41,6 +42,7 @@ class HealingWriter final {
   const std::vector<ReconstructionRecord>& split_off() const { return split_off_; }
 
  private:
+  Status ForbidAsOfWhole(ReconstructionId part);
   Status ProposeSeam(MapLoader* loader, ReconstructionId own, ReconstructionId other);
 
   const IngestParts& parts_;

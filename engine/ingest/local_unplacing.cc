@@ -60,24 +60,36 @@ class Unplacer final {
   std::set<ImageId> shaken_, unplaced_;
 };
 
-// Reads the journal backwards over the steps that followed by themselves, up to what a person did;
-// so many photos that were added are passed over.
+// Whether the entry tells of what a person has done to the map.
+bool IsOfPerson(const JournalRecord& entry) {
+  static constexpr std::string_view kByPeople[] = {"add",    "allow",  "forbid", "import",
+                                                   "remove", "repair", "replace"};
+  return std::ranges::find(kByPeople, entry.action) != std::end(kByPeople);
+}
+
+// Entries of the journal that are read at once: it can be read forwards alone.
+constexpr uint64_t kEntriesAtOnce = 64;
+
+// Reads the journal backwards over the steps that followed by themselves, and over what does not
+// touch the map, up to what a person did; so many photos that were added are passed over.
 Status ScanWhatFollowed(const Snapshot& base, uint64_t next_journal, uint32_t photos,
                         const std::function<void(const JournalRecord&)>& read) {
-  static constexpr std::string_view kFollowing[] = {"adjust",     "camera", "doubt",
-                                                    "hypothesis", "judge",  "merge",
-                                                    "propagate",  "split",  "vocabulary"};
-  for (uint64_t sequence = next_journal - 1; sequence > 0; --sequence) {
-    JournalRecord entry;
-    VEDUTA_RETURN_IF_ERROR(base.ScanJournal(sequence, [&](const JournalRecord& record) {
-      entry = record;
-      return false;
+  std::vector<JournalRecord> entries;
+  for (uint64_t end = next_journal; end > 1;) {
+    const uint64_t begin = end > kEntriesAtOnce ? end - kEntriesAtOnce : 1;
+    entries.clear();
+    VEDUTA_RETURN_IF_ERROR(base.ScanJournal(begin, [&](const JournalRecord& entry) {
+      if (entry.sequence < end) entries.push_back(entry);
+      return entry.sequence + 1 < end;
     }));
-    if (std::ranges::find(kFollowing, entry.action) == std::end(kFollowing)) {
-      if (entry.action != "add" || photos == 0) break;
-      --photos;
+    for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
+      if (IsOfPerson(*entry)) {
+        if (entry->action != "add" || photos == 0) return Status::Ok();
+        --photos;
+      }
+      read(*entry);
     }
-    read(entry);
+    end = begin;
   }
   return Status::Ok();
 }

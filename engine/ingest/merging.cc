@@ -225,6 +225,10 @@ Result<Common> FindCommon(const MappingContext& context, const LoopSeam& seam) {
   Common common;
   VEDUTA_ASSIGN_OR_RETURN(common.pairs, ListSeamPairs(context.loader, *context.map,
                                                       seam.near.front(), {}, seam.near, seam.b));
+  std::vector<ImageId> growing;
+  for (const SeamPair& pair : common.pairs)
+    growing.insert(growing.end(), {pair.a, pair.matches.other});
+  VEDUTA_RETURN_IF_ERROR(context.loader->LoadNeighborhood(growing));
   VEDUTA_ASSIGN_OR_RETURN(auto points, FindCommonPoints(context.loader, *context.map, seam.near,
                                                         seam.near.front(), {}));
   common.points = std::move(points[seam.b]);

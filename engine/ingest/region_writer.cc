@@ -47,6 +47,7 @@ Status WriteAdjusted(const IngestParts& parts, const HealingWriter& writer,
   }
   ++record.geometry_version;
   record.is_dissolved = record.image_count == 0;
+  if (record.is_dissolved) record.georeference = Georeference();
   transaction->PutReconstruction(record);
   WriteUnplaced(map, transaction);
   WritePosesAndObservations(map, transaction);

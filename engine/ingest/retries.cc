@@ -5,6 +5,8 @@
 #include <map>
 #include <vector>
 
+#include "engine/query/forbidden.h"
+
 namespace veduta {
 namespace {
 
@@ -42,7 +44,9 @@ Result<Waiting> FindWaiting(const CityMap& map, const Snapshot& base, const Plac
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors, base.ListNeighbors(id));
     for (const PairNeighbor& neighbor : neighbors) {
       VEDUTA_ASSIGN_OR_RETURN(const bool has_pose, HasPose(map, base, neighbor.image));
-      if (!has_pose) waiting.Add(neighbor.image);
+      if (has_pose) continue;
+      VEDUTA_ASSIGN_OR_RETURN(const bool is_forbidden, IsPoseForbidden(base, neighbor.image));
+      if (!is_forbidden) waiting.Add(neighbor.image);
     }
   }
   for (const ImageId id : unstored) {

@@ -34,13 +34,19 @@ Result<Submaps> Submaps::Read(const Snapshot& snapshot) {
 
 SubmapRecord& Submaps::Add(SubmapRecord record) {
   for (const ImageId image : record.images) submap_of_[image] = record.id;
+  submaps_of_[record.reconstruction].insert(record.id);
   return records_[record.id] = std::move(record);
 }
 
+const std::set<SubmapId>& Submaps::AllOf(ReconstructionId reconstruction) const {
+  static const std::set<SubmapId> kNone;
+  const auto found = submaps_of_.find(reconstruction);
+  return found == submaps_of_.end() ? kNone : found->second;
+}
+
 bool Submaps::IsParted(ReconstructionId reconstruction) const {
-  return std::ranges::any_of(records_, [&](const auto& entry) {
-    return entry.second.reconstruction == reconstruction && !entry.second.images.empty();
-  });
+  return std::ranges::any_of(AllOf(reconstruction),
+                             [&](SubmapId id) { return !records_.at(id).images.empty(); });
 }
 
 const SubmapRecord* Submaps::Find(SubmapId id) const {
@@ -60,8 +66,8 @@ SubmapRecord* Submaps::MutableOf(ImageId image) {
 
 std::vector<SubmapId> Submaps::List(ReconstructionId reconstruction) const {
   std::vector<SubmapId> all;
-  for (const auto& [id, record] : records_) {
-    if (record.reconstruction == reconstruction && !record.images.empty()) all.push_back(id);
+  for (const SubmapId id : AllOf(reconstruction)) {
+    if (!records_.at(id).images.empty()) all.push_back(id);
   }
   return all;
 }
@@ -75,8 +81,8 @@ std::vector<SubmapId> Submaps::ListMoving(ReconstructionId reconstruction) const
 std::vector<SubmapId> Submaps::ListDue(ReconstructionId reconstruction,
                                        const AdjustmentSchedule& schedule) const {
   std::vector<SubmapId> due;
-  for (const auto& [id, record] : records_) {
-    if (record.reconstruction == reconstruction && IsDue(record, schedule)) due.push_back(id);
+  for (const SubmapId id : AllOf(reconstruction)) {
+    if (IsDue(records_.at(id), schedule)) due.push_back(id);
   }
   return due;
 }
@@ -110,6 +116,8 @@ void Submaps::Insert(SubmapId id, ImageId image) {
 void Submaps::MoveAway(SubmapId from, ReconstructionId into, std::span<const ImageId> images) {
   SubmapRecord& record = records_.at(from);
   if (IsParted(into) && images.size() == record.images.size()) {
+    submaps_of_[record.reconstruction].erase(from);
+    submaps_of_[into].insert(from);
     record.reconstruction = into;
     record.motion.reset();  // it was meant for another frame
     changed_.insert(from);
@@ -185,8 +193,7 @@ void Submaps::MakeDue(std::span<const ImageId> images) {
 }
 
 void Submaps::NoteAdjusted(ReconstructionId reconstruction) {
-  for (const auto& [id, record] : records_) {
-    if (record.reconstruction != reconstruction) continue;
+  for (const SubmapId id : AllOf(reconstruction)) {
     NoteAdjusted(id);
     SetMotion(id, std::nullopt);
     without_border_.insert(id);

@@ -66,6 +66,8 @@ class Submaps final {
   void Write(Transaction* transaction) const;
 
  private:
+  // Those without images as well.
+  const std::set<SubmapId>& AllOf(ReconstructionId reconstruction) const;
   SubmapRecord* MutableOf(ImageId image);
   SubmapRecord& Add(SubmapRecord record);
   SubmapRecord& Make(ReconstructionId reconstruction, std::vector<ImageId> images);
@@ -77,6 +79,7 @@ class Submaps final {
 
   std::map<SubmapId, SubmapRecord> records_;  // those without images are to be deleted
   std::unordered_map<ImageId, SubmapId> submap_of_;
+  std::map<ReconstructionId, std::set<SubmapId>> submaps_of_;
   std::set<SubmapId> changed_;
   std::set<SubmapId> without_border_;  // whose stored borders tell of what is gone
 };

@@ -82,13 +82,13 @@ Status RemoveGone(const Snapshot& snapshot, std::span<const ImageRecord> images,
                   Retrieval::Prepared* prepared, Transaction* transaction) {
   std::set<ImageId> there;
   for (const ImageRecord& image : images) there.insert(image.id);
-  for (const ImageId id : prepared->images) {
+  for (const auto& [id, photo] : prepared->photos) {
     if (there.contains(id)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
                             snapshot.GetWords(prepared->generation, id));
     transaction->RemoveWords(prepared->generation, words, id);
   }
-  std::erase_if(prepared->images, [&](ImageId id) { return !there.contains(id); });
+  std::erase_if(prepared->photos, [&](const auto& entry) { return !there.contains(entry.first); });
   return Status::Ok();
 }
 
@@ -244,7 +244,7 @@ Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snap
   prepared.info = tree.info();
   prepared.tree = std::make_shared<const VocabularyTree>(std::move(tree));
   prepared.imported = imported;
-  for (const ImageRecord& image : images) prepared.images.push_back(image.id);
+  for (const ImageRecord& image : images) prepared.photos[image.id] = image.photo;
   prepared.alone = std::move(alone);
   VEDUTA_RETURN_IF_ERROR(DeleteLeftovers(database, prepared.generation));
   prepared.written_ahead = WrittenAhead::Vocabulary(database, prepared.generation);
@@ -278,26 +278,31 @@ Status Retrieval::Activate(Database* database, Prepared prepared) {
     return Status::Busy("another vocabulary became active meanwhile: train again");
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageRecord> images, ListRetrievable(*snapshot));
-  const std::vector<ImageId> known = prepared.images;
   for (const ImageRecord& image : images) {
-    if (std::binary_search(known.begin(), known.end(), image.id)) continue;
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
+    const auto [known, is_new] = prepared.photos.try_emplace(image.id, image.photo);
+    if (!is_new && known->second == image.photo) continue;
+    VEDUTA_ASSIGN_OR_RETURN(std::vector<WordId> words,
                             WordsOf(*snapshot, image, *prepared.tree, decoder_));
+    if (!is_new) {  // a larger copy has taken its place: it has the words of both
+      VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> before,
+                              snapshot->GetWords(prepared.generation, image.id));
+      words.insert(words.end(), before.begin(), before.end());
+      words = DistinctWords(std::move(words));
+    }
     transaction->PutWords(prepared.generation, image.id, words);
     transaction->AddPostings(prepared.generation, words, image.id);
-    prepared.images.push_back(image.id);
   }
   VEDUTA_RETURN_IF_ERROR(RemoveGone(*snapshot, images, &prepared, transaction.get()));
   const uint32_t old_generation = state.vocabulary_generation;
   state.vocabulary_generation = prepared.generation;
-  state.images_at_vocabulary = static_cast<uint32_t>(prepared.images.size());
+  state.images_at_vocabulary = static_cast<uint32_t>(prepared.photos.size());
   state.vocabulary_imported = prepared.imported;
   JournalRecord entry;
   entry.actor = "veduta";
   entry.action = "vocabulary";
   entry.detail = (prepared.imported ? "imported " : "trained ") +
                  std::to_string(prepared.info.leaf_count) + " words for " +
-                 std::to_string(prepared.images.size()) + " images";
+                 std::to_string(prepared.photos.size()) + " images";
   AppendJournal(std::move(entry), &state, transaction.get());
   transaction->PutState(state);
   if (old_generation != 0) transaction->DeleteVocabulary(old_generation);

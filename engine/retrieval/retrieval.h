@@ -4,6 +4,7 @@
 // none while the database is young and compares everything, then one trained from its own photos
 // and trained again as it outgrows it.
 
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "index/scoring.h"
 #include "index/vocabulary_trainer.h"
 #include "index/vocabulary_tree.h"
+#include "storage/base/content_hash.h"
 #include "storage/base/thread_pool.h"
 #include "storage/database.h"
 #include "storage/written_ahead.h"
@@ -65,9 +67,9 @@ class Retrieval final {
     VocabularyInfo info;
     std::shared_ptr<const VocabularyTree> tree;
     bool imported = false;
-    std::vector<ImageId> images;         // that have words, ascending
-    std::unique_lock<std::mutex> alone;  // no other vocabulary is prepared meanwhile
-    WrittenAhead written_ahead;          // gives it up, unless it became active
+    std::map<ImageId, ContentHash> photos;  // of the images that have words
+    std::unique_lock<std::mutex> alone;     // no other vocabulary is prepared meanwhile
+    WrittenAhead written_ahead;             // gives it up, unless it became active
   };
   // Trains a tree from the descriptors of all images and writes it ahead, for Activate. Wants no
   // turn of the writer. Waits for another one's that is being prepared. Damaged features are

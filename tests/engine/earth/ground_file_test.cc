@@ -62,6 +62,24 @@ TEST(ParseGroundPoints, KnowsTheCoordinatesByTheirCode) {
   EXPECT_NEAR(south->front().position.latitude_deg, -33.86, 0.02);
 }
 
+TEST(ParseGroundPoints, KnowsUtmByZoneAndSide) {
+  for (const char* named : {"WGS84 UTM 33N", "WGS84 UTM 33n"}) {
+    const auto lines = ParseGroundPoints(std::string(named) + "\n533400 5213040 350 1 2 a.jpg\n");
+    ASSERT_OK(lines);
+    EXPECT_NEAR(lines->front().position.longitude_deg, 15.44, 0.01);
+    EXPECT_NEAR(lines->front().position.latitude_deg, 47.07, 0.01);
+  }
+  const auto south = ParseGroundPoints("WGS84 UTM 33s\n533400 5213040 350 1 2 a.jpg\n");
+  ASSERT_OK(south);
+  EXPECT_LT(south->front().position.latitude_deg, -40);
+}
+
+TEST(ParseGroundPoints, HeightsAboveAGeoidAreBroughtToTheEllipsoid) {
+  const auto lines = ParseGroundPoints("EPSG:32633+5773\n533400 5213040 350 1 2 a.jpg\n");
+  ASSERT_OK(lines);
+  EXPECT_NEAR(lines->front().position.height_m, 397.5, 0.2) << "EGM96 comes with PROJ";
+}
+
 void ExpectRefused(const std::string& text, const std::string& why) {
   const Status refused = ParseGroundPoints(text).status();
   EXPECT_EQ(refused.code(), StatusCode::kInvalidArgument) << text;
@@ -72,6 +90,10 @@ TEST(ParseGroundPoints, NamesWhatIsWrong) {
   ExpectRefused("", "is empty");
   ExpectRefused("# nothing\n\n", "is empty");
   ExpectRefused("the moon\n1 2 3 4 5 a.jpg\n", "line 1: 'the moon' names no coordinates");
+  for (const char* utm : {"WGS84 UTM 33", "WGS84 UTM 61N", "WGS84 UTM 0S", "WGS84 UTM N"})
+    ExpectRefused(std::string(utm) + "\n1 2 3 4 5 a.jpg\n", "names no coordinates");
+  // EGM2008, whose grid does not come with PROJ.
+  ExpectRefused("EPSG:32633+3855\n533400 5213040 350 1 2 a.jpg\n", "needs a grid");
   ExpectRefused("EPSG:4326\n15 47 350 1 2\n", "line 2: has 5 fields");
   ExpectRefused("EPSG:4326\n\n15 47 high 1 2 a.jpg\n", "line 3: 'high' is no number");
   ExpectRefused("EPSG:4326\n15 47 nan 1 2 a.jpg\n", "'nan' is no number");
