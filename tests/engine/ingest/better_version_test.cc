@@ -153,6 +153,18 @@ TEST(BetterVersion, TakesThePlaceOfTheBytesAlone) {
   EXPECT_EQ(city.Digest(), digest);
 }
 
+TEST(BetterVersion, WhatWasForbiddenOfTheSmallerOneStaysForbidden) {
+  BetterCity city;
+  ASSERT_OK(city.engine().Forbid({ForbidKind::kPair, "#4", "#5", "bea", "twins"}));
+  EXPECT_TRUE(city.AddWhole(3).replaced);
+  const auto neighbors = city.Ask().snapshot().ListNeighbors(ImageId(4));
+  ASSERT_OK(neighbors);
+  EXPECT_FALSE(neighbors->empty());
+  EXPECT_TRUE(std::ranges::none_of(
+      *neighbors, [](const PairNeighbor& one) { return one.image == ImageId(5); }));
+  city.ExpectSound();
+}
+
 TEST(BetterVersion, AWholeCityIsExchangedAndGrowsOn) {
   BetterCity city;
   const uint64_t placed = city.Ask().Status()->placed;

@@ -162,6 +162,20 @@ TEST(ForbiddenPose, IsTakenAtOnceAndNotGivenAgainUntilItIsAllowed) {
   EXPECT_EQ(city.scene()->Snap()->GetImage(ImageId(2))->reason, Reason::kPropagated);
 }
 
+TEST(ForbiddenPose, IsTriedOnceThoughANeighbourWantsItTriedToo) {
+  Stated city;
+  city.scene()->AddImages(0, 6);
+  ASSERT_EQ(city.scene()->AddReconstruction({0, 1, 2, 3, 4}), kFirst);
+  city.Forbid(2);
+  DatabaseState state = city.scene()->State();
+  state.pending_propagation = {ImageId(2)};
+  const auto transaction = city.scene()->database()->BeginTransaction();
+  transaction->PutState(state);
+  ASSERT_OK(transaction->Commit());
+  city.Allow(2);
+  EXPECT_EQ(city.scene()->State().pending_propagation, std::vector{ImageId(2)});
+}
+
 TEST(ForbiddenPose, OncePerPhotoAndOnlyWhereThereCanBeOne) {
   Stated city;
   city.scene()->AddImages(0, 4);

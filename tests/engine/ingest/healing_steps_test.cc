@@ -10,8 +10,13 @@
 #include <gtest/gtest.h>
 
 #include "engine/ingest/follow_up_steps.h"
+#include "engine/ingest/forbidding.h"
+#include "engine/ingest/healing_writer.h"
 #include "engine/ingest/ingest.h"
+#include "engine/ingest/region_writer.h"
+#include "engine/ingest/submaps.h"
 #include "engine/query/city_answers.h"
+#include "engine/query/forbidden.h"
 #include "engine/query/living.h"
 #include "tests/engine/ingest/torn_scene.h"
 #include "tests/storage/fault_file_system.h"
@@ -317,6 +322,62 @@ TEST(HealingSteps, WhateverFailsNothingIsHalfDone) {
     while (!HasFailure() && FailsAt(n, power_cut, torn, healed)) ++n;
     EXPECT_GT(n, 3u) << "the step writes";
   }
+}
+
+// Of the whole, which is parted, everything or four images go.
+class TakingOut : public testing::Test {
+ protected:
+  void Take(Healing healing) {
+    CityMap map;
+    const IngestOptions options;
+    Retrieval retrieval({});
+    const IngestParts parts{scene_.database(), &retrieval, scene_.features(),
+                            scene_.pool(),     options,    &map};
+    WriteScope scope = BeginWrite(scene_.database());
+    DatabaseState state = scene_.State();
+    Submaps submaps = *Submaps::Read(*scope.base);
+    HealingWriter writer(parts, scope, kWhole, &state);
+    ASSERT_OK(TakeOutOfRegion(parts, scope, *scope.base->GetReconstruction(kWhole),
+                              std::move(healing), &writer, &submaps));
+    submaps.Write(scope.transaction.get());
+    scope.transaction->PutState(state);
+    ASSERT_OK(scope.transaction->Commit());
+  }
+
+  SceneDatabase scene_{{.camera_count = 14, .point_count = 1200}};
+};
+
+TEST_F(TakingOut, WhatIsForbiddenOfTheWholeIsForbiddenOfItsPart) {
+  scene_.AddImages(0, 14);
+  scene_.LimitTracks(3);
+  scene_.AddReconstruction({0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
+  const ReconstructionId other = scene_.AddReconstruction({10, 11, 12, 13}, AnotherFrame());
+  ASSERT_OK(Forbid({ForbiddenKind::kMerge, kWhole.value, other.value, 0, "bea", ""},
+                   BeginWrite(scene_.database())));
+  Healing part;
+  part.parts.push_back({ImageId(7), ImageId(8), ImageId(9), ImageId(10)});
+  Take(std::move(part));
+  const auto snapshot = scene_.Snap();
+  EXPECT_TRUE(*IsMergeForbidden(*snapshot, kWhole, other));
+  EXPECT_TRUE(*IsMergeForbidden(*snapshot, ReconstructionId(3), other));
+  EXPECT_FALSE(*IsMergeForbidden(*snapshot, kWhole, ReconstructionId(3)));
+}
+
+TEST_F(TakingOut, WhatIsDissolvedHasNoPlaceOnTheEarth) {
+  scene_.AddImages(0, 6);
+  scene_.AddReconstruction({0, 1, 2, 3, 4, 5});
+  ReconstructionRecord record = *scene_.Snap()->GetReconstruction(kWhole);
+  record.georeference.place.emplace();
+  record.georeference.version = 1;
+  const auto transaction = scene_.database()->BeginTransaction();
+  transaction->PutReconstruction(record);
+  ASSERT_OK(transaction->Commit());
+  Healing all;
+  for (uint32_t id = 1; id <= 6; ++id) all.unplaced.push_back({ImageId(id), "by hand"});
+  Take(std::move(all));
+  EXPECT_TRUE(scene_.Snap()->GetReconstruction(kWhole)->is_dissolved);
+  EXPECT_FALSE(scene_.Snap()->GetReconstruction(kWhole)->georeference.place);
+  ExpectSound(scene_);
 }
 
 }  // namespace

@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "engine/ingest/forbidding.h"
 #include "engine/ingest/ingest.h"
 #include "tests/engine/ingest/parted_scene.h"
@@ -300,6 +302,26 @@ TEST(LargeAdjustment, OneThatBecameDueAnewStaysDue) {
   PutRecord(&scene, record);
   ASSERT_OK(worker.ingest.Commit(&adjustment, kCity).status);
   EXPECT_EQ(worker.City().images_at_adjustment, 0u);
+  ExpectSound(scene);
+}
+
+// It was due already, so that the removal cannot make it due.
+TEST(LargeAdjustment, APhotoThatIsRemovedMeanwhileMakesItDueAnew) {
+  SceneDatabase scene(kArc);
+  std::vector<uint32_t> all(12);
+  std::iota(all.begin(), all.end(), 0);
+  scene.AddImages(0, 12);
+  scene.AddReconstruction(all);
+  Worker worker(&scene, WholeParts());
+  ReconstructionRecord record = worker.City();
+  record.images_at_adjustment = 0;
+  PutRecord(&scene, record);
+  LargeAdjustment adjustment = worker.Adjustment();
+  ASSERT_OK(adjustment.Compute());
+  ASSERT_OK(worker.ingest.Remove(ImageId(6), "bea", ""));
+  ASSERT_OK(worker.ingest.Commit(&adjustment, kCity).status);
+  EXPECT_EQ(worker.City().images_at_adjustment, 0u);
+  EXPECT_EQ(worker.City().image_count, 11u);
   ExpectSound(scene);
 }
 

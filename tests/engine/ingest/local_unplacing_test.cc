@@ -74,5 +74,31 @@ TEST_F(WhatFollowed, ASplitIsUndoneOnceItsPartCameBack) {
   EXPECT_EQ(Undone(0, whole), 0u);
 }
 
+TEST_F(WhatFollowed, WhatDoesNotTouchTheMapIsPassedOver) {
+  Note("doubt", ImageId(4), {});
+  Split(ReconstructionId(2));
+  for (const char* action : {"token", "contribution", "georeference", "ground", "backup", "hide"})
+    Note(action, {}, {});
+  Add();
+  EXPECT_EQ(*AlreadyDoubted(*scene_.Snap(), Next(), 1), std::set{ImageId(4)});
+  EXPECT_EQ(ListSplitOff(*scene_.Snap(), Next(), 1)->size(), 1u);
+  for (const char* action : {"remove", "forbid", "replace"}) {
+    Note(action, {}, {});
+    EXPECT_TRUE(AlreadyDoubted(*scene_.Snap(), Next(), 1)->empty()) << action;
+  }
+}
+
+TEST_F(WhatFollowed, EntriesThatAreNotCommittedYetArePassedOver) {
+  Note("doubt", ImageId(4), {});
+  EXPECT_EQ(*AlreadyDoubted(*scene_.Snap(), Next() + 2), std::set{ImageId(4)});
+}
+
+TEST_F(WhatFollowed, ALongJournalIsReadToItsBeginning) {
+  Note("doubt", ImageId(4), {});
+  for (int i = 0; i < 150; ++i) Note("adjust", {}, ReconstructionId(1));
+  Note("doubt", ImageId(5), {});
+  EXPECT_EQ(*AlreadyDoubted(*scene_.Snap(), Next()), (std::set{ImageId(4), ImageId(5)}));
+}
+
 }  // namespace
 }  // namespace veduta

@@ -6,9 +6,12 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
 #include <tuple>
 
 #include "engine/ingest/forbidding.h"
+#include "engine/ingest/seam.h"
+#include "engine/ingest/seam_loop.h"
 #include "tests/engine/ingest/scene_database.h"
 
 namespace veduta {
@@ -186,6 +189,35 @@ TEST(Merging, WhatSomebodyHasForbiddenStaysApart) {
   SceneWork again(&scene);
   merged = Merge(&scene, &again, small, {ImageId(5), ImageId(6)});
   EXPECT_EQ(merged.merges.size(), 1u);
+}
+
+// The seam that a loop tells leads one pair further than what closing the loop has loaded.
+TEST(Merging, ALoopLoadsWhatItGrows) {
+  SceneDatabase scene({.camera_count = 14, .point_count = 1200});
+  scene.AddImages(0, 14);
+  scene.LimitTracks(1);
+  const std::vector<uint32_t> own = {0, 1, 8, 9, 10}, other = {4, 5, 12, 13};
+  scene.AddReconstruction(own);
+  scene.AddReconstruction(other, AnotherFrame());
+  const std::set<std::pair<uint32_t, uint32_t>> across = {{0, 4}, {1, 4}, {1, 5}, {9, 5}};
+  const auto transaction = scene.database()->BeginTransaction();
+  for (const uint32_t a : own) {
+    for (const uint32_t b : other) {
+      if (!across.contains({a, b})) transaction->DeletePair(ImageId(a + 1), ImageId(b + 1));
+    }
+  }
+  ASSERT_OK(transaction->Commit());
+  SceneWork work(&scene);
+  const std::vector<ImageId> near = {ImageId(1)};
+  ASSERT_OK(work.loader.LoadNeighborhood(near));
+  ASSERT_OK(FindSeam(&work.loader, work.map, near.front(), {}, near, ReconstructionId(2)).status());
+  const ClosedLoop closed{{{ReconstructionId(2), AnotherFrame().Inverse()}},
+                          {{ReconstructionId(1), ReconstructionId(2), {ImageId(1), ImageId(2)}}},
+                          "made by hand"};
+  const auto merged = MergeLoop(work.context, ReconstructionId(1), closed);
+  ASSERT_OK(merged);
+  EXPECT_EQ(merged->merges.size(), 1u);
+  EXPECT_EQ(work.map.image(ImageId(5)).reconstruction, ReconstructionId(1));
 }
 
 }  // namespace
