@@ -26,12 +26,32 @@ void PrintModel(const ExportedModel& model) {
             model.on_earth ? ", on the earth" : "");
 }
 
+// COLMAP has no lens with a centre of distortion of its own: what stands in such a model is
+// undistorted, and the photos are not.
+Status WarnOfLenses(const Questions& ask) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraAnswer> cameras, ask.Cameras());
+  for (const auto& [id, name, model, source] : cameras) {
+    const bool is_distorted = model.k1 != 0 || model.k2 != 0;
+    if (!is_distorted || (model.u0 == model.cx && model.v0 == model.cy)) continue;
+    std::fprintf(stderr,
+                 "veduta: warning: COLMAP cannot express the lens of camera '%s', so the model has "
+                 "it undistorted, and the photos are not: to work with these, too, export with "
+                 "--format colmap-undistorted\n",
+                 Printable(name).c_str());
+  }
+  return Status::Ok();
+}
+
 int Export(const ExportArguments& arguments) {
   if (const Status usage = arguments.request.Check(); !usage.ok()) return FailUsage(usage);
   const auto engine = OpenToRead(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
   const auto models = (*engine)->Ask().Export(arguments.request);
   if (!models.ok()) return Fail(models.status());
+  if (arguments.request.format == "colmap" || arguments.request.format == "colmap-binary") {
+    const Status warned = WarnOfLenses((*engine)->Ask());
+    if (!warned.ok()) return Fail(warned);
+  }
   for (const ExportedModel& model : *models) {
     if (arguments.json) {
       PrintJson(ToJson(model));

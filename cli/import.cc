@@ -55,6 +55,8 @@ size_t PrintAnswer(const ImportAnswer& answer) {
 
 int PrintAll(const Result<ImportAnswer>& answer, bool json, int exit_code) {
   if (!answer.ok()) return Fail(answer.status());
+  for (const std::string& message : answer->messages)
+    std::fprintf(stderr, "veduta: %s\n", Printable(message).c_str());
   size_t placed = 0;
   if (json) {
     PrintJson(ToJson(*answer));

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// veduta localize DB [--camera NAME] PHOTO|FOLDER... [--list FILE] [--threads N] [--json]
+// veduta localize DB [--camera NAME] PHOTO|FOLDER... [--list FILE] [--near PHOTO | --walk]
+// [--near-place LAT,LON] [--threads N] [--json]
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "cli/command.h"
@@ -10,12 +12,15 @@
 #include "cli/progress.h"
 #include "cli/stop_on_signal.h"
 #include "cli/wire/added_json.h"
+#include "cli/wire/place_text.h"
 
 namespace veduta {
 namespace {
 
 struct LocalizeArguments {
-  std::string db, camera, list;
+  std::string db, camera, list, near;
+  std::optional<GeoPosition> near_place;
+  bool walk = false;
   std::vector<std::string> paths;
   uint32_t threads = 0;
   bool json = false;
@@ -28,7 +33,9 @@ Result<std::vector<LocalizeRequest>> Requests(const LocalizeArguments& arguments
   std::vector<LocalizeRequest> requests;
   for (ListedPhoto& photo : listed) {
     requests.push_back({{std::move(photo.name), std::move(photo.path), {}},
-                        photo.camera.empty() ? arguments.camera : std::move(photo.camera)});
+                        photo.camera.empty() ? arguments.camera : std::move(photo.camera),
+                        arguments.near,
+                        arguments.near_place});
   }
   return requests;
 }
@@ -93,11 +100,28 @@ class LocalizeReport final {
   int exit_code_ = kDone;
 };
 
+// One photo after another, each sought first near the one before it that has a pose.
+Status LocalizeWalk(const Questions& ask, std::vector<LocalizeRequest>* requests,
+                    LocalizeReport* report, const std::stop_token& stop) {
+  std::string near;
+  for (LocalizeRequest& request : *requests) {
+    if (!near.empty()) request.near = near;
+    VEDUTA_RETURN_IF_ERROR(ask.Localize(
+        {&request, 1},
+        [&](const LocalizedPhoto& photo) {
+          if (!photo.support.empty()) near = "#" + std::to_string(photo.support[0].image.value);
+          report->Done(photo);
+        },
+        stop));
+  }
+  return Status::Ok();
+}
+
 int Localize(const LocalizeArguments& arguments) {
   const StopOnSignal stop;
   const auto engine = OpenToRead(arguments.db, arguments.threads);
   if (!engine.ok()) return Fail(engine.status());
-  const auto requests = Requests(arguments);
+  auto requests = Requests(arguments);
   if (!requests.ok()) return Fail(requests.status());
   const Questions ask = (*engine)->Ask();
   std::string summary;
@@ -105,8 +129,12 @@ int Localize(const LocalizeArguments& arguments) {
   Status localized;
   {
     LocalizeReport report(ask, arguments, requests->size());
-    localized = ask.Localize(
-        *requests, [&](const LocalizedPhoto& photo) { report.Done(photo); }, stop.token());
+    if (arguments.walk) {
+      localized = LocalizeWalk(ask, &*requests, &report, stop.token());
+    } else {
+      localized = ask.Localize(
+          *requests, [&](const LocalizedPhoto& photo) { report.Done(photo); }, stop.token());
+    }
     summary = report.Summary();
     exit_code = report.exit_code();
   }  // which erases the bar
@@ -130,6 +158,21 @@ void RegisterLocalize(CLI::App* app, int* exit_code) {
       ->check(CheckCameraName);
   command->add_option("--list", arguments->list,
                       "File with one path per line; after a tab a line may name its camera");
+  CLI::Option* const near =
+      command->add_option("--near", arguments->near,
+                          "A stored photo near which they were taken: they are sought there first");
+  command
+      ->add_flag("--walk", arguments->walk,
+                 "They were taken one after another: each is sought first near the one before it")
+      ->excludes(near);
+  command->add_option_function<std::string>(
+      "--near-place",
+      [=](const std::string& text) {
+        arguments->near_place = ParsePlace(text);
+        if (!arguments->near_place)
+          throw CLI::ValidationError("--near-place", "'" + text + "' is no LATITUDE,LONGITUDE");
+      },
+      "LATITUDE,LONGITUDE about where they were taken, in degrees: they are sought there first");
   command->add_option("--threads", arguments->threads, "Threads (default: one per core)")
       ->check(CLI::Range(1, 1024));
   command->add_flag("--json", arguments->json, "One JSON object per photo");

@@ -101,6 +101,7 @@ ImportAnswer ImportOf(const Json& json) {
   ImportAnswer answer;
   answer.reconstruction = IdOf<ReconstructionId>(json.at("reconstruction"));
   answer.points = json.value("points", uint64_t{0});
+  answer.messages = json.value("messages", std::vector<std::string>());
   for (const Json& photo : json.at("photos")) {
     const Json& why_not = photo.at("why_not");
     answer.photos.push_back({photo.value("image", ""), IdOf<ImageId>(photo.at("id")),

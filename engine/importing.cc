@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Engine::Import.
 #include <algorithm>
+#include <cstdio>
 #include <map>
 #include <optional>
 #include <set>
@@ -16,12 +17,22 @@
 namespace veduta {
 namespace {
 
+// What `veduta camera add --from` warns of, too.
+constexpr double kResidualGoodPx = 0.3;
+
 class Importing final {
  public:
   Importing(Engine* engine, EngineParts* parts, const ImportRequest& request, ColmapModel model)
       : engine_(*engine), parts_(*parts), request_(request), model_(std::move(model)) {
     for (const ModelImage& image : model_.images)
       answer_.photos.push_back({image.name, {}, {}, {}, {}});
+    if (!model_.origin.isZero()) {
+      const Eigen::Matrix<int64_t, 3, 1> origin = model_.origin.cast<int64_t>();
+      answer_.messages.push_back(
+          "the model lies far from where its coordinates begin: " + std::to_string(origin.x()) +
+          ", " + std::to_string(origin.y()) + ", " + std::to_string(origin.z()) +
+          " was taken from its positions");
+    }
   }
 
   // Finds the photos of the model that are there, and stores their cameras.
@@ -122,8 +133,16 @@ class Importing final {
     }
     std::string name = "imported " + std::to_string(id);
     while (names.contains(name)) name += "'";
+    char off[80];
+    std::snprintf(off, sizeof(off), "off by %.3f px in the mean and %.3f px at most",
+                  camera.residual.mean_px, camera.residual.largest_px);
+    if (camera.residual.largest_px > kResidualGoodPx) {
+      answer_.messages.push_back("camera " + std::to_string(id) + " (" + camera.lens +
+                                 ") is expressed badly by ours, " + off +
+                                 "; 'colmap image_undistorter' makes a model that is not");
+    }
     const std::string source =
-        "from a model of COLMAP: camera " + std::to_string(id) + ", " + camera.lens;
+        "from a model of COLMAP: camera " + std::to_string(id) + ", " + camera.lens + ", " + off;
     VEDUTA_RETURN_IF_ERROR(engine_.AddCamera(name, camera.model, source).status());
     return name;
   }

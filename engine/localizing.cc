@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/localization/near_images.h"
 #include "engine/localization/photo_localization.h"
 #include "engine/localization/unknown_localization.h"
 #include "engine/ordered_report.h"
@@ -70,10 +71,19 @@ Status Questions::Localize(std::span<const LocalizeRequest> photos,
                            const std::function<void(const LocalizedPhoto&)>& report,
                            std::stop_token stop) const {
   std::map<std::string, std::optional<CameraModel>> cameras;
+  std::vector<std::vector<ImageId>> near(photos.size());
   for (size_t i = 0; i < photos.size(); ++i) {
     const LocalizeRequest& request = photos[i];
     const std::string name = "LocalizeRequest[" + std::to_string(i) + "]";
     VEDUTA_RETURN_IF_ERROR(OptionBounds().Part(name.c_str(), request.Check()).status());
+    if (!request.near.empty()) {
+      VEDUTA_ASSIGN_OR_RETURN(near[i], ImagesNear(*view_->snapshot, request.near, view_->sight));
+    }
+    if (request.near_place) {
+      VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> there,
+                              ImagesNear(*view_->snapshot, *request.near_place));
+      near[i].insert(near[i].end(), there.begin(), there.end());
+    }
     if (request.camera.empty()) cameras[""] = std::nullopt;
     if (cameras.contains(request.camera)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera,
@@ -81,9 +91,6 @@ Status Questions::Localize(std::span<const LocalizeRequest> photos,
     cameras.emplace(request.camera, camera.model);
   }
   EngineParts& parts = *view_->parts;
-  const LocalizationParts localization{view_->snapshot,          &view_->caches->retrieval,
-                                       &view_->caches->features, parts.pool.get(),
-                                       parts.tuning.ingest,      &view_->caches->unsure};
   OrderedReport<LocalizedPhoto> ordered(report);
   std::atomic<bool> is_stopped = false;
   parts.pool->ParallelFor(photos.size(), [&](size_t i) {
@@ -92,6 +99,10 @@ Status Questions::Localize(std::span<const LocalizeRequest> photos,
       return;
     }
     const LocalizeRequest& request = photos[i];
+    const LocalizationParts localization{
+        view_->snapshot,  &view_->caches->retrieval, &view_->caches->features,
+        parts.pool.get(), parts.tuning.ingest,       &view_->caches->unsure,
+        near[i]};
     LocalizedPhoto photo =
         LocalizeOne(localization, *parts.preparer, request.photo, cameras.at(request.camera));
     PutOnEarth(*view_->snapshot, &photo);

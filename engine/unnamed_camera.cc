@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/localization/unknown_localization.h"
+#include "engine/photo/camera_group.h"
 #include "engine/query/verdict_text.h"
 #include "storage/model/awaited_photos.h"
 
@@ -69,11 +70,7 @@ Result<std::optional<CameraRecord>> FindUnnamedCamera(EngineParts* parts, const 
     if (camera.awaited && std::ranges::count(camera.awaited->photos, facts.hash) > 0)
       return std::optional(std::move(camera));
   }
-  if (facts.camera_group.empty()) return std::optional<CameraRecord>();
-  Result<CameraRecord> camera = parts->FindCamera(facts.camera_group);
-  if (camera.status().code() == StatusCode::kNotFound) return std::optional<CameraRecord>();
-  VEDUTA_RETURN_IF_ERROR(camera.status());
-  return std::optional(std::move(*camera));
+  return FindGroupCamera(*snapshot, facts.camera_group, facts.focal_share);
 }
 
 Result<EstimatedUnnamed> EstimateUnnamedCamera(EngineParts* parts, const PhotoSource& photo) {

@@ -22,6 +22,7 @@
 #include "cli/wire/added_json.h"
 #include "cli/wire/answers_json.h"
 #include "cli/wire/earth_json.h"
+#include "cli/wire/place_text.h"
 #include "cli/wire/removal_json.h"
 
 namespace veduta {
@@ -164,7 +165,13 @@ HttpAnswer RankPhoto(Engine* engine, const HttpRequest& request, const PathArgum
 
 HttpAnswer LocalizePhoto(Engine* engine, const HttpRequest& request, const PathArguments&) {
   if (auto refusal = RefuseBody(request)) return *std::move(refusal);
-  const LocalizeRequest photo{PhotoOf(request), Parameter(request, "camera")};
+  LocalizeRequest photo{PhotoOf(request), Parameter(request, "camera"), Parameter(request, "near")};
+  if (const std::string place = Parameter(request, "place"); !place.empty()) {
+    photo.near_place = ParsePlace(place);
+    if (!photo.near_place)
+      return ProblemOf(Status::InvalidArgument("the parameter 'place' is '" + place +
+                                               "', and must be LATITUDE,LONGITUDE in degrees"));
+  }
   HttpAnswer answer;
   const Status done =
       engine->Ask(request.sight).Localize({&photo, 1}, [&](const LocalizedPhoto& localized) {
@@ -371,7 +378,7 @@ std::vector<CityRoute> RoutesOfCity() {
       {"GET", {"v1", "photos", "*", "thumbnail"}, {"side"}, GetThumbnail, true},
       {"GET", {"v1", "photos", "*", "neighbors"}, {}, GetNeighbors, true, true},
       {"POST", {"v1", "candidates"}, {"name", "camera", "count"}, RankPhoto},
-      {"POST", {"v1", "localize"}, {"name", "camera"}, LocalizePhoto},
+      {"POST", {"v1", "localize"}, {"name", "camera", "near", "place"}, LocalizePhoto},
       {"GET", {"v1", "reconstructions"}, {}, ListReconstructions, true},
       {"GET", {"v1", "reconstructions", "*"}, {}, GetReconstruction, true},
       {"GET", {"v1", "reconstructions", "*", "points"}, {}, GetPoints, true},

@@ -18,7 +18,8 @@ Json ToJson(const ImportAnswer& answer) {
   for (const ImportedPhoto& photo : answer.photos) photos.push_back(ToJson(photo));
   return {{"reconstruction", ToJson(answer.reconstruction)},
           {"points", answer.points},
-          {"photos", std::move(photos)}};
+          {"photos", std::move(photos)},
+          {"messages", answer.messages}};
 }
 
 }  // namespace veduta

@@ -136,6 +136,12 @@ ExifCamera CameraOf(const Exiv2::ExifData& data) {
   camera.focal_35mm = NumberOf(data, "Exif.Photo.FocalLengthIn35mmFilm");
   if (camera.focal_35mm == 0) camera.focal_35mm = EquivalentBySensor(data, camera);
   if (camera.focal_35mm == 0) camera.focal_35mm = EquivalentByModel(data, camera);
+  const double width_px = NumberOf(data, "Exif.Photo.PixelXDimension", kPixelsMax),
+               height_px = NumberOf(data, "Exif.Photo.PixelYDimension", kPixelsMax);
+  if (width_px >= 1 && height_px >= 1) {
+    camera.taken_width_px = static_cast<uint32_t>(width_px);
+    camera.taken_height_px = static_cast<uint32_t>(height_px);
+  }
   return camera;
 }
 
@@ -273,6 +279,10 @@ std::vector<uint8_t> WriteExif(const ExifCamera& camera, const std::optional<Gps
     if (camera.focal_35mm > 0) {
       data["Exif.Photo.FocalLengthIn35mmFilm"] =
           static_cast<uint16_t>(std::lround(camera.focal_35mm));
+    }
+    if (camera.taken_width_px > 0) {
+      data["Exif.Photo.PixelXDimension"] = camera.taken_width_px;
+      data["Exif.Photo.PixelYDimension"] = camera.taken_height_px;
     }
     if (gps) PutGps(&data, *gps);
     if (taken) PutTaken(&data, *taken);

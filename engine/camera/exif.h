@@ -21,6 +21,8 @@ struct ExifCamera {
   // The focal length with which a photo of 36 x 24 mm shows as much; where it is not told, by the
   // sensor's resolution or its size (FindSensorSize), to some percent. 0 where nothing tells it.
   double focal_35mm = 0;
+  // Of the photo as it was taken (PixelXDimension, PixelYDimension); 0 where not both are told.
+  uint32_t taken_width_px = 0, taken_height_px = 0;
 
   bool operator==(const ExifCamera&) const = default;
 };

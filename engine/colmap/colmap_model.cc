@@ -10,6 +10,7 @@
 
 #include "engine/colmap/model_files.h"
 #include "engine/colmap/seen_together.h"
+#include "storage/base/median.h"
 
 namespace veduta {
 namespace {
@@ -18,6 +19,34 @@ namespace {
 constexpr size_t kPartnersMax = 24;
 // World units. Further away, differences between places are lost to rounding. Chosen by hand.
 constexpr double kTranslationMax = 1e9;
+// A model whose middle is so many times as far away as its cameras are from it is moved. Chosen by
+// hand: single precision has seven digits, five of them for the model itself then.
+constexpr double kFarTimes = 100;
+
+Eigen::Vector3d MiddleOf(const std::vector<ModelImage>& images) {
+  Eigen::Vector3d middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const ModelImage& image : images) values.push_back(image.cam_from_world.Center()[axis]);
+    middle[axis] = MedianOf(std::move(values));
+  }
+  return middle;
+}
+
+// Takes the middle from all positions where it is far away.
+void MoveNear(ColmapModel* model) {
+  if (model->images.empty()) return;
+  const Eigen::Vector3d middle = MiddleOf(model->images);
+  double extent = 0;
+  for (const ModelImage& image : model->images)
+    extent = std::max(extent, (image.cam_from_world.Center() - middle).norm());
+  if (!(middle.norm() > kFarTimes * extent)) return;
+  model->origin = middle.array().round();
+  for (ModelImage& image : model->images) {
+    Rigid3& pose = image.cam_from_world;
+    pose.translation += pose.rotation * model->origin;
+  }
+}
 
 Result<Rigid3> PoseOf(const ImageRow& image) {
   const auto& p = image.pose;
@@ -47,7 +76,7 @@ class ModelReading final {
           which + " cannot be taken over: " + converted.status().message() +
           "; or undistort the model (colmap image_undistorter), and import what that writes");
     }
-    model_.cameras.push_back({camera.id, camera.model, converted->model});
+    model_.cameras.push_back({camera.id, camera.model, converted->model, converted->residual});
     return Status::Ok();
   }
 
@@ -85,6 +114,7 @@ class ModelReading final {
         seen_together_.EarlierPartners(model_.images.size(), kPartnersMax);
     for (size_t i = 0; i < partners.size(); ++i)
       model_.images[i].seen_with = std::move(partners[i]);
+    MoveNear(&model_);
     return std::move(model_);
   }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/camera/calibration/known_camera.h"
 #include "storage/base/status.h"
 #include "storage/base/transform.h"
 #include "storage/model/camera.h"
@@ -14,8 +15,9 @@ namespace veduta {
 
 struct ModelCamera {
   uint32_t id = 0;
-  std::string lens;   // what COLMAP calls it
-  CameraModel model;  // CheckCamera accepts it
+  std::string lens;             // what COLMAP calls it
+  CameraModel model;            // CheckCamera accepts it
+  ConversionResidual residual;  // of ours from COLMAP's, over the photo
 };
 
 struct ModelImage {
@@ -32,6 +34,9 @@ struct ModelImage {
 struct ColmapModel {
   std::vector<ModelCamera> cameras;  // ascending ids
   std::vector<ModelImage> images;    // ascending ids, each name once
+  // What was taken from all positions of the file, in whole units: a model in coordinates of a map
+  // lies far from where they begin, and single precision would lose metres of it. Zero for others.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
 };
 
 // Reads cameras, images and points3D in the folder: the .bin files where there is a cameras.bin,

@@ -173,6 +173,11 @@ struct PointCloud {
 struct LocalizeRequest {
   PhotoSource photo;   // its path, or its bytes, must be given
   std::string camera;  // the name of a camera of the database; empty: unknown, to be estimated
+  // Where it was taken, about: near a stored photo (as of Questions::Image), as the last one of a
+  // walk, and near a place on the earth, whose height is not asked for. What was taken there is
+  // looked at first, which is faster; a photo that shows another place is sought everywhere.
+  std::string near = {};
+  std::optional<GeoPosition> near_place = {};
 
   Status Check() const;  // the first violated bound, named with its value
 };

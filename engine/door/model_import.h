@@ -32,6 +32,7 @@ struct ImportAnswer {
   ReconstructionId reconstruction;    // that was made; not valid() where none was
   uint64_t points = 0;                // that it was made with
   std::vector<ImportedPhoto> photos;  // in the model's order: ascending numbers of COLMAP's
+  std::vector<std::string> messages;  // for a person: what the city has not as the model has it
 };
 
 }  // namespace veduta

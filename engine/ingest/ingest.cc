@@ -221,6 +221,12 @@ Result<AddOutcome> Ingest::AnswerDouble(const StoredDouble& stored, const Prepar
     outcome.detail += ", which stays, for private areas are filled in it and not in this one";
     return outcome;
   }
+  VEDUTA_ASSIGN_OR_RETURN(const CameraRecord stored_camera,
+                          scope.base->GetCamera(stored.image.camera));
+  if (camera.is_refinable && !stored_camera.is_refinable) {
+    outcome.detail += ", which stays, for its camera is known and this one's is estimated: name it";
+    return outcome;
+  }
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   VEDUTA_ASSIGN_OR_RETURN(outcome.camera, PutCameraIfNew(camera, scope, &state, &record));
   const BetterVersion better{record,         camera.model,   compared.features,

@@ -214,19 +214,48 @@ class Localization final {
     VEDUTA_ASSIGN_OR_RETURN(
         const auto image,
         ImageFeatures::Make(id, camera_, features, parts_.options.matched_count_max));
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<RankedImage> candidates,
-                            parts_.retrieval->Candidates(*parts_.snapshot, *features));
-    answer_.times.retrieve_ms = watch.LapMs();
     const MappingContext context{&loader_, &map_, parts_.pool, parts_.options.mapper};
     const PoseGiver give_pose = [&](const ImageFeatures& seen, std::span<const PairMatches> pairs) {
       return GivePose(context, seen, pairs, seed);
     };
-    VEDUTA_ASSIGN_OR_RETURN(
-        const LocatedPhoto located,
-        LocatePhoto(context, parts_.options, *image, camera_, candidates, give_pose, seed));
-    NoteSearch(located);
+    VEDUTA_ASSIGN_OR_RETURN(const bool is_near, SearchNear(context, *image, give_pose, seed));
+    if (!is_near) {
+      watch.LapMs();
+      VEDUTA_ASSIGN_OR_RETURN(const std::vector<RankedImage> candidates,
+                              parts_.retrieval->Candidates(*parts_.snapshot, *features));
+      answer_.times.retrieve_ms = watch.LapMs();
+      VEDUTA_ASSIGN_OR_RETURN(
+          const LocatedPhoto located,
+          LocatePhoto(context, parts_.options, *image, camera_, candidates, give_pose, seed));
+      NoteSearch(located);
+    }
     if (answer_.verdict != Verdict::kPlaced) return Status::Ok();
     VEDUTA_RETURN_IF_ERROR(Describe(id));
+    return AskWhetherUnsure();
+  }
+
+  // Whether the photo has a sure pose by the images near which it was taken.
+  Result<bool> SearchNear(const MappingContext& context, const ImageFeatures& image,
+                          const PoseGiver& give_pose, uint64_t seed) {
+    if (parts_.near.empty()) return false;
+    std::vector<RankedImage> candidates;
+    for (const ImageId id : parts_.near) candidates.push_back({id, 0.0});
+    IngestOptions options = parts_.options;
+    options.neighbors.extended_count_max = 0;
+    VEDUTA_ASSIGN_OR_RETURN(
+        const LocatedPhoto located,
+        LocatePhoto(context, options, image, camera_, candidates, give_pose, seed));
+    if (located.placement.verdict == Verdict::kPlaced &&
+        located.placement.inlier_count >= options.mapper.sure_inlier_count) {
+      NoteSearch(located);
+      return true;
+    }
+    map_.Clear();
+    return false;
+  }
+
+  // Refuses the pose where most of what it rests on may stand elsewhere.
+  Status AskWhetherUnsure() {
     VEDUTA_ASSIGN_OR_RETURN(const auto unsure, Unsure());
     const auto may_stand_elsewhere = [&](const SupportAnswer& one) {
       const auto found = unsure->find(one.image);

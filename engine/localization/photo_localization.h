@@ -3,6 +3,7 @@
 // Where one photo was taken, by one state of the city, which it does not change.
 
 #include <memory>
+#include <vector>
 
 #include "engine/door/answers.h"
 #include "engine/ingest/ingest_options.h"
@@ -22,7 +23,8 @@ struct LocalizationParts {
   ImageFeatureCache* features;
   ThreadPool* pool;
   const IngestOptions& options;
-  UnsureCache* unsure = nullptr;  // may be null
+  UnsureCache* unsure = nullptr;   // may be null
+  std::vector<ImageId> near = {};  // images near which the photo was taken: they are tried first
 };
 
 // Whether the lens is known, or was estimated from this photo and is refined with its pose.

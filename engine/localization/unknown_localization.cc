@@ -15,6 +15,7 @@
 #include "engine/ingest/neighbor_finder.h"
 #include "engine/ingest/pair_verifier.h"
 #include "engine/mapping/unknown_camera.h"
+#include "engine/photo/camera_group.h"
 #include "storage/base/memory_shortage.h"
 #include "storage/base/stopwatch.h"
 
@@ -220,6 +221,15 @@ Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPrepa
   }
   Stopwatch watch;
   VEDUTA_ASSIGN_OR_RETURN(const PhotoFacts facts, preparer.Look(source));
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<CameraRecord> of_group,
+                          FindGroupCamera(*parts.snapshot, facts.camera_group, facts.focal_share));
+  if (of_group) {
+    PreparedPhoto with = preparer.Extract(source, of_group->model);
+    if (!with.failure.ok()) return with.failure;
+    VEDUTA_ASSIGN_OR_RETURN(LocalizedPhoto by_group,
+                            LocalizePhoto(parts, std::move(with), of_group->model));
+    if (by_group.verdict == Verdict::kPlaced) return by_group;
+  }
   const double told_share = facts.focal_share.value_or(0),
                told_px = told_share * std::max(photo.width_px, photo.height_px);
   VEDUTA_ASSIGN_OR_RETURN(FoundCamera found, CameraSearch(parts, photo, told_share).Run());

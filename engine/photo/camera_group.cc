@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "engine/camera/orientation.h"
 
@@ -12,6 +14,28 @@ namespace {
 
 const double kFilmDiagonalMm = std::hypot(36, 24);
 constexpr double kFocalShareMin = 0.3, kFocalShareMax = 20;
+// By so much the sides' ratio of a photo that was only made smaller may differ by rounding.
+constexpr double kRatioTimesMax = 1.02;
+// By so much a focal length that is told may differ from what it is. Chosen by hand.
+constexpr double kToldTimesMax = 1.2;
+
+// The longer side first.
+std::pair<uint32_t, uint32_t> SidesOf(uint32_t width_px, uint32_t height_px) {
+  return {std::max(width_px, height_px), std::min(width_px, height_px)};
+}
+
+bool IsTold(const ExifCamera& camera) {
+  return camera.taken_width_px > 0;
+}
+
+// Whether the photo has all of the picture that was taken, however large.
+bool HasTakenRatio(const ExifCamera& camera, const ImageSize& size) {
+  const auto [taken_long, taken_short] = SidesOf(camera.taken_width_px, camera.taken_height_px);
+  const auto [is_long, is_short] = SidesOf(size.width_px, size.height_px);
+  const double times = (static_cast<double>(taken_long) * is_short) /
+                       (static_cast<double>(taken_short) * std::max(is_long, 1u));
+  return times <= kRatioTimesMax && times * kRatioTimesMax >= 1;
+}
 
 std::string Short(double number) {
   char text[32];
@@ -24,6 +48,10 @@ std::string Short(double number) {
 
 std::string CameraGroupOf(const ExifCamera& camera, const PhotoHeader& header) {
   if (camera.model.empty() || camera.focal_mm <= 0) return {};
+  const ImageSize& stored = header.stored_size;
+  if (IsTold(camera) && SidesOf(camera.taken_width_px, camera.taken_height_px) !=
+                            SidesOf(stored.width_px, stored.height_px))
+    return {};
   // Some write the make at the front of the model, too.
   const bool has_make = camera.make.empty() || camera.model.starts_with(camera.make);
   std::string name = has_make ? camera.model : camera.make + " " + camera.model;
@@ -37,7 +65,22 @@ std::string CameraGroupOf(const ExifCamera& camera, const PhotoHeader& header) {
   return name;
 }
 
+Result<std::optional<CameraRecord>> FindGroupCamera(const Snapshot& snapshot,
+                                                    const std::string& group,
+                                                    std::optional<double> focal_share) {
+  if (group.empty()) return std::optional<CameraRecord>();
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraRecord> cameras, snapshot.ListCameras());
+  const auto found = std::ranges::find(cameras, group, &CameraRecord::name);
+  if (found == cameras.end()) return std::optional<CameraRecord>();
+  const CameraModel& model = found->model;
+  const double share = model.fx / std::max(model.width_px, model.height_px);
+  const double times = focal_share.value_or(share) / share;
+  if (!(times <= kToldTimesMax && times * kToldTimesMax >= 1)) return std::optional<CameraRecord>();
+  return std::optional(std::move(*found));
+}
+
 std::optional<double> FocalShareOf(const ExifCamera& camera, const ImageSize& size) {
+  if (IsTold(camera) && !HasTakenRatio(camera, size)) return std::nullopt;
   const double width_px = size.width_px, height_px = size.height_px;
   const double share = camera.focal_35mm / kFilmDiagonalMm * std::hypot(width_px, height_px) /
                        std::max({width_px, height_px, 1.0});

@@ -7,18 +7,25 @@
 
 #include "engine/camera/exif.h"
 #include "engine/camera/photo_header.h"
+#include "storage/database.h"
 
 namespace veduta {
 
 // A name for people, equal for photos with the same intrinsics: of one make, model, lens, focal
-// length, digital zoom, size and orientation, as "Apple iPhone 12, 4.2 mm, 4032x3024". A photo that
-// was cropped or resized has another size, and so another name. Empty where the photo does not tell
-// model and focal length, as after it was sent by a messenger.
+// length, digital zoom, size and orientation, as "Apple iPhone 12, 4.2 mm, 4032x3024". Empty where
+// the photo does not tell model and focal length, as after it was sent by a messenger, and where it
+// tells that it was cropped or resized: it was taken with another size than it has.
 std::string CameraGroupOf(const ExifCamera& camera, const PhotoHeader& header);
 
 // The focal length over the photo's longer side, as the 35 mm equivalent has it, good to some
-// percent: by the diagonal, which is how most makers count it. Nothing where it is not told, or
-// where no photo has it (under 0.3 or over 20).
+// percent: by the diagonal, which is how most makers count it. Nothing where it is not told, where
+// no photo has it (under 0.3 or over 20), or where the photo is a part of what was taken.
 std::optional<double> FocalShareOf(const ExifCamera& camera, const ImageSize& size);
+
+// The stored camera of a group; none where there is none, or the photo tells another focal length
+// (a fifth and more): some phones write a digital zoom into the 35 mm equivalent alone.
+Result<std::optional<CameraRecord>> FindGroupCamera(const Snapshot& snapshot,
+                                                    const std::string& group,
+                                                    std::optional<double> focal_share);
 
 }  // namespace veduta

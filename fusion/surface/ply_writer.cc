@@ -46,8 +46,7 @@ class PlyWriter final : public ModelWriter {
   Result<ModelCounts> Finish() override {
     const ModelCounts& counts = spool_.counts();
     VEDUTA_RETURN_IF_ERROR(WriteAndRename(spool_.path(), [&](std::ofstream& out) {
-      out << "ply\nformat binary_little_endian 1.0\ncomment Veduta; world frame of the "
-             "reconstruction\nelement vertex "
+      out << "ply\nformat binary_little_endian 1.0\ncomment Veduta\nelement vertex "
           << counts.vertices + counts.points
           << "\nproperty float x\nproperty float y\nproperty float z\n";
       if (contents_.normals) out << "property float nx\nproperty float ny\nproperty float nz\n";

@@ -48,7 +48,14 @@ std::optional<ExifCamera> ReadCamera(const DecoderAnswer& answer) {
       !IsWithin(answer.focal_35mm, 0, kNumberMax)) {
     return std::nullopt;
   }
-  return ExifCamera{*make, *model, *lens, answer.focal_mm, answer.digital_zoom, answer.focal_35mm};
+  return ExifCamera{*make,
+                    *model,
+                    *lens,
+                    answer.focal_mm,
+                    answer.digital_zoom,
+                    answer.focal_35mm,
+                    answer.taken_width_px,
+                    answer.taken_height_px};
 }
 
 // Whether there is a sound one, or none.
@@ -94,6 +101,8 @@ DecoderAnswer AnswerOf(const PhotoExamination& found) {
   answer.focal_mm = found.camera.focal_mm;
   answer.digital_zoom = found.camera.digital_zoom;
   answer.focal_35mm = found.camera.focal_35mm;
+  answer.taken_width_px = found.camera.taken_width_px;
+  answer.taken_height_px = found.camera.taken_height_px;
   if (found.taken) {
     answer.has_taken = 1;
     answer.taken_local_unix_s = found.taken->local_unix_s;

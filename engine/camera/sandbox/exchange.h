@@ -58,6 +58,7 @@ struct DecoderAnswer {
   uint32_t format = 0, width_px = 0, height_px = 0, orientation = 0, has_restarts = 0;
   ExchangedText<64> make, model, lens;
   double focal_mm = 0, digital_zoom = 0, focal_35mm = 0;
+  uint32_t taken_width_px = 0, taken_height_px = 0;
   uint32_t has_gps = 0, has_height = 0;
   double latitude_deg = 0, longitude_deg = 0, height_m = 0, accuracy_m = 0;
   uint32_t has_taken = 0, has_taken_offset = 0;

@@ -14,7 +14,7 @@ namespace {
 using testing::ExifOf;
 using testing::FileBytes;
 
-const ExifCamera kPhone{"Apple", "iPhone 12", "wide lens", 4.2, 1.5, 26};
+const ExifCamera kPhone{"Apple", "iPhone 12", "wide lens", 4.2, 1.5, 26, 4032, 3024};
 
 TEST(Exif, IsReadAsItWasWritten) {
   EXPECT_EQ(ReadExifCamera(ExifOf(kPhone)), kPhone);

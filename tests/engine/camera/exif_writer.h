@@ -28,6 +28,10 @@ inline FileBytes ExifOf(const ExifCamera& camera) {
   if (camera.focal_mm > 0) data["Exif.Photo.FocalLength"] = thousandths(camera.focal_mm);
   if (camera.digital_zoom > 0)
     data["Exif.Photo.DigitalZoomRatio"] = thousandths(camera.digital_zoom);
+  if (camera.taken_width_px > 0) {
+    data["Exif.Photo.PixelXDimension"] = camera.taken_width_px;
+    data["Exif.Photo.PixelYDimension"] = camera.taken_height_px;
+  }
   if (camera.focal_35mm > 0)
     data["Exif.Photo.FocalLengthIn35mmFilm"] = static_cast<uint16_t>(camera.focal_35mm);
   return BlockOf(data);

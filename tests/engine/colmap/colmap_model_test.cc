@@ -154,6 +154,22 @@ TEST_F(ColmapModelTest, BinaryAndTextSayTheSame) {
   ExpectAsMeant(Read(BinaryModel(), ".bin"));  // which comes first where both are there
 }
 
+TEST_F(ColmapModelTest, OneInCoordinatesOfAMapIsMovedNear) {
+  const Eigen::Vector3d far(533400, 5213040, 350);
+  Files files = TextModel();
+  // No rotation: centres are the translations, negative.
+  files.images =
+      "7 1 0 0 0 -533400.5 -5213040 -350 3 a.jpg\n\n2 1 0 0 0 -533401 -5213042 -350 3 b.jpg\n\n"
+      "5 0 1 0 0 -533410 5213040 350 3 c.jpg\n\n";
+  const auto model = Read(files, ".txt");
+  ASSERT_TRUE(model.ok()) << model.status().message();
+  EXPECT_EQ(model->origin, Eigen::Vector3d(533401, 5213040, 350));
+  const Eigen::Vector3d turned = model->images[1].cam_from_world.Center() + model->origin;
+  EXPECT_LT((turned - Eigen::Vector3d(533410, 5213040, 350)).norm(), 1e-6);
+  EXPECT_EQ(model->images[2].cam_from_world.translation, Eigen::Vector3d(0.5, 0, 0));
+  EXPECT_TRUE(Read(TextModel(), ".txt")->origin.isZero()) << "it begins beside its photos";
+}
+
 TEST_F(ColmapModelTest, ACutFileIsRefusedAtEveryByte) {
   const Files whole = BinaryModel();
   for (std::string Files::*const file : {&Files::cameras, &Files::images, &Files::points}) {

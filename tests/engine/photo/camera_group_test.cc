@@ -7,6 +7,8 @@
 
 #include <set>
 
+#include "tests/storage/samples.h"
+
 namespace veduta {
 namespace {
 
@@ -41,6 +43,49 @@ TEST(CameraGroup, ThereIsNoneWithoutModelOrFocalLength) {
   EXPECT_EQ(CameraGroupOf({}, header), "");
   EXPECT_EQ(CameraGroupOf({"Apple", "", "", 4.2, 1}, header), "");
   EXPECT_EQ(CameraGroupOf({"Apple", "iPhone 12", "", 0, 1}, header), "");
+}
+
+TEST(CameraGroup, WhatWasCutOrMadeSmallerIsInNone) {
+  ExifCamera phone{"Apple", "iPhone 12", "", 4.2, 1, 26, 4032, 3024};
+  PhotoHeader header;
+  header.stored_size = {4032, 3024};
+  EXPECT_NE(CameraGroupOf(phone, header), "");
+  header.stored_size = {3024, 4032};
+  EXPECT_NE(CameraGroupOf(phone, header), "") << "some programs turn the pixels alone";
+  EXPECT_TRUE(FocalShareOf(phone, header.stored_size));
+  header.stored_size = {2016, 1512};
+  EXPECT_EQ(CameraGroupOf(phone, header), "") << "made smaller";
+  EXPECT_TRUE(FocalShareOf(phone, header.stored_size)) << "it shows as much";
+  header.stored_size = {3000, 3000};
+  EXPECT_EQ(CameraGroupOf(phone, header), "") << "cut";
+  EXPECT_FALSE(FocalShareOf(phone, header.stored_size));
+}
+
+TEST(CameraGroup, ItsCameraIsThatOfPhotosWithItsFocalLength) {
+  testing::TemporaryFolder folder;
+  DatabaseOptions options;
+  options.create = true;
+  const auto database = Database::Open(folder / "db", options);
+  ASSERT_OK(database);
+  CameraRecord stored;
+  stored.id = CameraId(1);
+  stored.name = "Acme Phone, 4.2 mm, 1536x1024";
+  stored.model.width_px = 1536;
+  stored.model.height_px = 1024;
+  stored.model.fx = stored.model.fy = 1380;
+  const auto transaction = (*database)->BeginTransaction();
+  transaction->PutCamera(stored);
+  ASSERT_OK(transaction->Commit());
+  const auto find = [&](const std::string& group, std::optional<double> share) {
+    const auto found = FindGroupCamera(*(*database)->GetSnapshot(), group, share);
+    EXPECT_OK(found);
+    return found.ok() && *found;
+  };
+  EXPECT_TRUE(find(stored.name, std::nullopt));
+  EXPECT_TRUE(find(stored.name, 0.95)) << "as good as EXIF is";
+  EXPECT_FALSE(find(stored.name, 1.2)) << "zoomed";
+  EXPECT_FALSE(find("another", std::nullopt));
+  EXPECT_FALSE(find("", std::nullopt));
 }
 
 TEST(CameraGroup, TheEquivalentOnFilmTellsTheFocalLength) {
