@@ -43,16 +43,16 @@ HttpAnswer AnswerOf(const Result<T>& result) {
   return result.ok() ? JsonAnswer(200, ToJson(*result)) : ProblemOf(result.status());
 }
 
-HttpAnswer GetStatus(Engine* engine, const HttpRequest&, const PathArguments&) {
-  return AnswerOf(engine->Ask().Status());
+HttpAnswer GetStatus(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  return AnswerOf(engine->Ask(request.sight).Status());
 }
 
-HttpAnswer ListCameras(Engine* engine, const HttpRequest&, const PathArguments&) {
-  return AnswerOf(engine->Ask().Cameras());
+HttpAnswer ListCameras(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  return AnswerOf(engine->Ask(request.sight).Cameras());
 }
 
-HttpAnswer GetCamera(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  return AnswerOf(engine->Ask().Camera(arguments[0]));
+HttpAnswer GetCamera(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
+  return AnswerOf(engine->Ask(request.sight).Camera(arguments[0]));
 }
 
 Result<CameraAnswer> AddCameraOf(Engine* engine, const HttpRequest& request) {
@@ -130,8 +130,8 @@ HttpAnswer GetGeoPose(Engine* engine, const HttpRequest& request, const PathArgu
   return image.ok() ? GeoPoseAnswer(request, *image, form) : ProblemOf(image.status());
 }
 
-HttpAnswer GetGeoreference(Engine* engine, const HttpRequest&, const PathArguments&) {
-  return AnswerOf(engine->Ask().Georeference());
+HttpAnswer GetGeoreference(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  return AnswerOf(engine->Ask(request.sight).Georeference());
 }
 
 HttpAnswer GetUncertainty(Engine* engine, const HttpRequest& request,
@@ -230,14 +230,15 @@ HttpAnswer ListUploads(Engine* engine, const HttpRequest& request, const PathArg
   return AnswerOf(engine->Ask(request.sight).Uploads());
 }
 
-HttpAnswer ListReconstructions(Engine* engine, const HttpRequest&, const PathArguments&) {
-  return AnswerOf(engine->Ask().Reconstructions());
+HttpAnswer ListReconstructions(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  return AnswerOf(engine->Ask(request.sight).Reconstructions());
 }
 
-HttpAnswer GetReconstruction(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+HttpAnswer GetReconstruction(Engine* engine, const HttpRequest& request,
+                             const PathArguments& arguments) {
   const auto id = ReconstructionNumber(arguments[0]);
   if (!id.ok()) return ProblemOf(id.status());
-  const Questions ask = engine->Ask();
+  const Questions ask = engine->Ask(request.sight);
   const auto found = ask.Reconstruction(*id);
   if (!found.ok()) return ProblemOf(found.status());
   const auto hypotheses = ask.Hypotheses(found->id);
@@ -289,10 +290,10 @@ std::string PointBytes(const PointCloud& cloud) {
   return bytes;
 }
 
-HttpAnswer GetPoints(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+HttpAnswer GetPoints(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
   const auto id = ReconstructionNumber(arguments[0]);
   if (!id.ok()) return ProblemOf(id.status());
-  const auto cloud = engine->Ask().Points(*id);
+  const auto cloud = engine->Ask(request.sight).Points(*id);
   if (!cloud.ok()) return ProblemOf(cloud.status());
   return {200, "application/octet-stream", PointBytes(*cloud), {}};
 }
@@ -323,8 +324,8 @@ HttpAnswer SetGeoreference(Engine* engine, const HttpRequest& request, const Pat
   return AnswerOf(engine->Georeference(*wanted));
 }
 
-HttpAnswer ListHypotheses(Engine* engine, const HttpRequest&, const PathArguments&) {
-  return AnswerOf(engine->Ask().Hypotheses());
+HttpAnswer ListHypotheses(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  return AnswerOf(engine->Ask(request.sight).Hypotheses());
 }
 
 HttpAnswer GetJournal(Engine* engine, const HttpRequest& request, const PathArguments&) {
