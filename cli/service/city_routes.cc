@@ -35,8 +35,8 @@ constexpr uint64_t kCandidatesMax = 100'000, kCandidatesDefault = 20;
 // Photos in one answer, at most and by default; sides of small pictures, px. Chosen by hand.
 constexpr uint64_t kPhotosCountMax = 1000, kThumbnailSide = 256, kThumbnailSideMin = 16;
 
-// Of a camera that is sent. Parsed JSON takes many times its text. Chosen by hand.
-constexpr size_t kCameraBytesMax = 64 << 10;
+// Of what is to be removed, which may be a long list of photos. Chosen by hand.
+constexpr size_t kRemovalBytesMax = 4 << 20;
 
 template <typename T>
 HttpAnswer AnswerOf(const Result<T>& result) {
@@ -56,8 +56,7 @@ HttpAnswer GetCamera(Engine* engine, const HttpRequest& request, const PathArgum
 }
 
 Result<CameraAnswer> AddCameraOf(Engine* engine, const HttpRequest& request) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request));
   VEDUTA_ASSIGN_OR_RETURN(const std::string name, TextMember(json, "name"));
   VEDUTA_ASSIGN_OR_RETURN(const std::string size, TextMember(json, "size"));
   VEDUTA_ASSIGN_OR_RETURN(const std::string params, TextMember(json, "params"));
@@ -71,8 +70,7 @@ HttpAnswer AddCamera(Engine* engine, const HttpRequest& request, const PathArgum
   if (request.content_type != "application/json")
     return Problem(415, "the content type is '" + request.content_type +
                             "': a camera is sent as application/json");
-  if (request.body.size() > kCameraBytesMax)
-    return Problem(413, "a camera has at most " + std::to_string(kCameraBytesMax) + " bytes");
+  if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
   const Result<CameraAnswer> camera = AddCameraOf(engine, request);
   return camera.ok() ? JsonAnswer(201, ToJson(*camera)) : ProblemOf(camera.status());
 }
@@ -175,8 +173,7 @@ HttpAnswer LocalizePhoto(Engine* engine, const HttpRequest& request, const PathA
 }
 
 Result<RemoveAnswer> RemoveOf(Engine* engine, const HttpRequest& request) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request, kRemovalBytesMax));
   RemoveRequest wanted;
   const Json photos = json.value("photos", Json::array());
   if (!photos.is_array()) return Status::InvalidArgument("'photos' is no array");
@@ -197,12 +194,12 @@ Result<RemoveAnswer> RemoveOf(Engine* engine, const HttpRequest& request) {
 }
 
 HttpAnswer RemovePhotos(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (auto refusal = RefuseLargeJson(request, kRemovalBytesMax)) return *std::move(refusal);
   return AnswerOf(RemoveOf(engine, request));
 }
 
 Result<ForbidRequest> StatementOf(const HttpRequest& request) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request));
   static const std::map<std::string, ForbidKind> kKinds = {
       {"pair", ForbidKind::kPair}, {"merge", ForbidKind::kMerge}, {"pose", ForbidKind::kPose}};
   VEDUTA_ASSIGN_OR_RETURN(const std::string kind, TextMember(json, "kind"));
@@ -220,6 +217,7 @@ Result<ForbidRequest> StatementOf(const HttpRequest& request) {
 
 template <Status (Engine::*kState)(const ForbidRequest&)>
 HttpAnswer StateFact(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
   const Result<ForbidRequest> statement = StatementOf(request);
   if (!statement.ok()) return ProblemOf(statement.status());
   const Status stated = (engine->*kState)(*statement);

@@ -32,8 +32,7 @@ HttpAnswer Tell(const Engine& engine, uint32_t number, uint32_t code, const Sigh
 }
 
 Result<uint32_t> OpenOf(Engine* engine, const HttpRequest& request) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request));
   ContributionRequest wanted;
   VEDUTA_ASSIGN_OR_RETURN(wanted.comment, OptionalText(json, "comment"));
   VEDUTA_ASSIGN_OR_RETURN(wanted.licence, OptionalText(json, "licence"));
@@ -62,9 +61,7 @@ HttpAnswer OpenContribution(Engine* engine, const HttpRequest& request, const Pa
   if (request.content_type != "application/json")
     return Problem(415, "the content type is '" + request.content_type +
                             "': a contribution is opened by application/json");
-  if (request.body.size() > kBodyBytesMax)
-    return Problem(
-        413, "a contribution is opened by at most " + std::to_string(kBodyBytesMax) + " bytes");
+  if (auto refusal = RefuseLargeJson(request, kBodyBytesMax)) return *std::move(refusal);
   const Result<uint32_t> opened = OpenOf(engine, request);
   return opened.ok() ? Tell(*engine, *opened, 201) : ProblemOf(opened.status());
 }

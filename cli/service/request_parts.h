@@ -2,7 +2,9 @@
 #pragma once
 // Numbers and texts in what a request carries. Failures are kInvalidArgument and name the part.
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "cli/service/http_message.h"
@@ -13,6 +15,17 @@ namespace veduta {
 // A parameter of the query; `otherwise` where it is not given.
 Result<uint64_t> NumberParameter(const HttpRequest& request, const std::string& name,
                                  uint64_t otherwise, uint64_t min, uint64_t max);
+
+// Of a body in JSON, where its route says nothing else. Parsed JSON takes many times its text.
+// Chosen by hand.
+inline constexpr size_t kJsonBytesMax = 256 << 10;
+
+// The answer to a body of more bytes, 413.
+std::optional<HttpAnswer> RefuseLargeJson(const HttpRequest& request,
+                                          size_t bytes_max = kJsonBytesMax);
+// The body, which must be a JSON object of at most so many bytes, with arrays and objects in each
+// other up to a fixed depth.
+Result<Json> JsonObjectOf(const HttpRequest& request, size_t bytes_max = kJsonBytesMax);
 
 // The member of a JSON object that must be a text.
 Result<std::string> TextMember(const Json& object, const char* name);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: a request comes to its route, or is told that there is none, that the method is wrong, or
 //   that a parameter is not known.
-//   Who sees a part of the city is told of the reconstructions of that part alone.
+//   Who sees a part of the city is told of the reconstructions of that part alone. No route reads
+//   a large body as JSON.
 // Method: requests as the connections hand them over; a street of two reconstructions, asked with
 //   the sights of links. What the routes answer is compared with the command line by serve_test.py.
 #include "cli/service/city_routes.h"
@@ -72,6 +73,35 @@ TEST(CityRoutes, AParameterThatNobodyReadsIsRefused) {
   ASSERT_TRUE(std::holds_alternative<HttpAnswer>(found));
   EXPECT_EQ(std::get<HttpAnswer>(found).code, 400u);
   EXPECT_NE(std::get<HttpAnswer>(found).body.find("'form'"), std::string::npos);
+}
+
+TEST(CityRoutes, ABodyOfJsonHasALimitEverywhere) {
+  City city;
+  std::string body = R"({"a": )" + std::string(5 << 20, '[');
+  for (const std::vector<std::string>& path :
+       std::vector<std::vector<std::string>>{{"v1", "removals"},
+                                             {"v1", "forbidden"},
+                                             {"v1", "allowed"},
+                                             {"v1", "cameras"},
+                                             {"v1", "contributions"},
+                                             {"v1", "links"},
+                                             {"v1", "links", "1", "revoke"},
+                                             {"v1", "tokens"},
+                                             {"v1", "tokens", "1", "revoke"},
+                                             {"v1", "hidden"},
+                                             {"v1", "shown"},
+                                             {"v1", "photos", "a", "report"},
+                                             {"v1", "reports", "1", "dismiss"}}) {
+    HttpRequest request;
+    request.method = "POST";
+    request.path = path;
+    request.content_type = "application/json";
+    request.body.assign(body.begin(), body.end());
+    const auto found = FindRoute(request);
+    const RouteMatch& match = std::get<RouteMatch>(found);
+    EXPECT_EQ(match.route->answer(&city.engine(), request, match.arguments).code, 413u)
+        << path.back();
+  }
 }
 
 // Both ends of a street, which the engine does not believe to be one.
