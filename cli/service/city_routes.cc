@@ -314,6 +314,8 @@ Result<GeoreferenceRequest> GeoreferenceOf(const HttpRequest& request) {
 }
 
 HttpAnswer SetGeoreference(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (request.body.empty() && Parameter(request, "forget") != "yes")
+    return Problem(400, "there are no surveyed points: send a file, or 'forget=yes'");
   if (!request.body.empty() && request.content_type != "text/plain")
     return Problem(415, "the content type is '" + request.content_type +
                             "': surveyed points are sent as text/plain");
@@ -335,7 +337,8 @@ HttpAnswer GetJournal(Engine* engine, const HttpRequest& request, const PathArgu
 }
 
 HttpAnswer GetOpenApi(Engine* /*engine*/, const HttpRequest&, const PathArguments&) {
-  return JsonAnswer(200, OpenApi(ListRoutes()));
+  static const HttpAnswer kDocument = JsonAnswer(200, OpenApi(ListRoutes()));
+  return kDocument;
 }
 
 std::vector<CityRoute> RoutesOfCity() {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/service/request_parts.h"
 
+#include <algorithm>
+
 #include "cli/service/path_numbers.h"
 
 namespace veduta {
@@ -42,6 +44,14 @@ Result<uint64_t> NumberParameter(const HttpRequest& request, const std::string& 
   const auto found = request.query.find(name);
   if (found == request.query.end()) return otherwise;
   return WholeNumber("the parameter '" + name + "'", found->second, min, max);
+}
+
+Status RefuseOthers(const Json& object, std::initializer_list<std::string_view> known) {
+  for (const auto& [name, value] : object.items()) {
+    if (std::ranges::find(known, name) == known.end())
+      return Status::InvalidArgument("there is no member '" + name + "' here");
+  }
+  return Status::Ok();
 }
 
 Result<std::string> TextMember(const Json& object, const char* name) {

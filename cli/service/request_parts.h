@@ -4,8 +4,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "cli/service/http_message.h"
 #include "storage/base/status.h"
@@ -26,6 +28,9 @@ std::optional<HttpAnswer> RefuseLargeJson(const HttpRequest& request,
 // The body, which must be a JSON object of at most so many bytes, with arrays and objects in each
 // other up to a fixed depth.
 Result<Json> JsonObjectOf(const HttpRequest& request, size_t bytes_max = kJsonBytesMax);
+
+// Refuses an object with a member that nobody reads.
+Status RefuseOthers(const Json& object, std::initializer_list<std::string_view> known);
 
 // The member of a JSON object that must be a text.
 Result<std::string> TextMember(const Json& object, const char* name);

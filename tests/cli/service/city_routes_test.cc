@@ -75,6 +75,22 @@ TEST(CityRoutes, AParameterThatNobodyReadsIsRefused) {
   EXPECT_NE(std::get<HttpAnswer>(found).body.find("'form'"), std::string::npos);
 }
 
+TEST(CityRoutes, SurveyedPointsAreSentOrForgotten) {
+  City city;
+  HttpRequest request;
+  request.method = "POST";
+  request.path = {"v1", "georeference"};
+  const auto ask = [&] {
+    const auto found = FindRoute(request);
+    return std::get<RouteMatch>(found).route->answer(&city.engine(), request, {}).code;
+  };
+  EXPECT_EQ(ask(), 400u);
+  request.query["forget"] = "no";
+  EXPECT_EQ(ask(), 400u);
+  request.query["forget"] = "yes";
+  EXPECT_EQ(ask(), 200u);
+}
+
 TEST(CityRoutes, ABodyOfJsonHasALimitEverywhere) {
   City city;
   std::string body = R"({"a": )" + std::string(5 << 20, '[');

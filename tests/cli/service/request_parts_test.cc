@@ -60,6 +60,14 @@ TEST(RequestParts, BodiesAreObjectsOfSomeBytesAndSomeDepth) {
   EXPECT_FALSE(JsonObjectOf(WithBody(R"({"a": )" + std::string(1'000, '['))).ok());
 }
 
+TEST(RequestParts, MembersThatNobodyReadsAreRefused) {
+  EXPECT_OK(RefuseOthers(Json::object(), {}));
+  EXPECT_OK(RefuseOthers({{"a", 1}}, {"a", "b"}));
+  const Status refused = RefuseOthers({{"a", 1}, {"c", 1}}, {"a", "b"});
+  EXPECT_EQ(refused.code(), StatusCode::kInvalidArgument);
+  EXPECT_NE(refused.message().find("'c'"), std::string::npos);
+}
+
 TEST(RequestParts, WhoAsks) {
   HttpRequest request;
   EXPECT_EQ(*ActorOf({{"actor", "anna"}}, request), "anna");
