@@ -7,6 +7,7 @@
 #include "engine/parts.h"
 #include "engine/photo_list.h"
 #include "engine/query/city_answers.h"
+#include "storage/base/plain_text.h"
 #include "storage/base/whole_file.h"
 
 namespace veduta {
@@ -50,6 +51,9 @@ std::pair<uint64_t, uint64_t> Engine::DecoderDeaths() const {
 
 Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& model,
                                    const std::string& source) {
+  if (!IsPlainText(name, /*may_have_lines=*/false))
+    return Status::InvalidArgument(
+        "the name of a camera is UTF-8 without control characters, and this one is not");
   return parts_->AddCamera(name, model, source);
 }
 

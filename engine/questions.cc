@@ -37,14 +37,6 @@ StorageAnswer ToAnswer(const DatabaseStatistics& statistics) {
           .cache_misses = statistics.cache_misses};
 }
 
-// Takes out the reconstructions that must not be told, and what is told of others.
-Status KeepSeen(const Visibility& visibility, StatusAnswer* answer) {
-  if (visibility.SeesWhole()) return Status::Ok();
-  answer->doubtful_seams.clear();
-  answer->open_hypotheses = 0;
-  return visibility.Keep(&ReconstructionAnswer::id, &answer->reconstructions);
-}
-
 }  // namespace
 
 Status Questions::View::RefuseUnseen(ReconstructionId id) const {
@@ -56,9 +48,8 @@ Status Questions::View::RefuseUnseen(ReconstructionId id) const {
 Result<StatusAnswer> Questions::Status() const {
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseSizes sizes, view_->parts->database->GetSizes());
   VEDUTA_ASSIGN_OR_RETURN(StatusAnswer answer,
-                          StatusOf(*view_->snapshot, sizes, &view_->caches->unsure));
+                          StatusOf(*view_->snapshot, sizes, &view_->caches->unsure, view_->sight));
   answer.snapshot = snapshot();
-  VEDUTA_RETURN_IF_ERROR(KeepSeen(view_->visibility(), &answer));
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseStatistics statistics,
                           view_->parts->database->GetStatistics());
   answer.storage = ToAnswer(statistics);
@@ -112,8 +103,7 @@ Result<std::vector<NeighborAnswer>> Questions::Rank(const PhotoSource& photo,
 
 Result<std::vector<ReconstructionAnswer>> Questions::Reconstructions() const {
   VEDUTA_ASSIGN_OR_RETURN(StatusAnswer status,
-                          StatusOf(*view_->snapshot, {}, &view_->caches->unsure));
-  VEDUTA_RETURN_IF_ERROR(KeepSeen(view_->visibility(), &status));
+                          StatusOf(*view_->snapshot, {}, &view_->caches->unsure, view_->sight));
   return std::move(status.reconstructions);
 }
 
@@ -125,8 +115,7 @@ Result<ReconstructionAnswer> Questions::Reconstruction(ReconstructionId id) cons
 }
 
 Result<std::vector<HypothesisAnswer>> Questions::Hypotheses(ReconstructionId id) const {
-  if (!view_->visibility().SeesWhole()) return std::vector<HypothesisAnswer>();
-  return HypothesesOf(*view_->snapshot, id);
+  return HypothesesOf(*view_->snapshot, id, view_->sight);
 }
 
 Result<std::vector<CameraAnswer>> Questions::Cameras() const {
@@ -198,8 +187,9 @@ Result<std::vector<ForbiddenAnswer>> Questions::Forbidden() const {
 Result<GeoreferenceAnswer> Questions::Georeference() const {
   VEDUTA_ASSIGN_OR_RETURN(GeoreferenceAnswer answer, GeoreferenceOf(*view_->snapshot));
   const Visibility visibility = view_->visibility();
-  if (visibility.SeesWhole()) return answer;
-  answer.ground_points.clear();
+  if (!visibility.SeesWhole()) answer.ground_points.clear();
+  for (GroundPointAnswer& told : answer.ground_points)
+    VEDUTA_RETURN_IF_ERROR(visibility.Keep(&GroundSighting::image, &told.point.sightings));
   VEDUTA_RETURN_IF_ERROR(visibility.Keep(&EarthAnswer::reconstruction, &answer.reconstructions));
   return answer;
 }

@@ -12,6 +12,7 @@
 #include "engine/journal/journal.h"
 #include "engine/parts.h"
 #include "storage/base/option_bounds.h"
+#include "storage/base/plain_text.h"
 
 namespace veduta {
 namespace {
@@ -80,6 +81,8 @@ Status TokenRequest::Check() const {
   if (name.empty() || name.size() > kNameBytesMax)
     return Status::InvalidArgument("name has " + std::to_string(name.size()) +
                                    " bytes, but must have 1 to " + std::to_string(kNameBytesMax));
+  if (!IsPlainText(name, /*may_have_lines=*/false))
+    return Status::InvalidArgument("name is no UTF-8, or has control characters");
   if ((contribution != 0 || reconstruction != 0) && !is_link)
     return Status::InvalidArgument("a link alone shows one contribution or one reconstruction");
   if (contribution != 0 && reconstruction != 0)

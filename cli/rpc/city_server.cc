@@ -55,8 +55,8 @@ CityServer::CityServer(Caller caller)
 
 kj::Promise<void> CityServer::status(StatusContext context) {
   context.allowCancellation();
-  caller_.Check("GET", {"v1", "status"});
-  return caller_.Ask<StatusAnswer>([](Engine* engine) { return engine->Ask().Status(); })
+  const Sight sight = caller_.Check("GET", {"v1", "status"}).sight;
+  return caller_.Ask<StatusAnswer>([sight](Engine* engine) { return engine->Ask(sight).Status(); })
       .then([context](const StatusAnswer& status) mutable {
         Write(status, context.getResults().initStatus());
       });
@@ -119,11 +119,11 @@ kj::Promise<void> CityServer::examine(ExamineContext context) {
 
 kj::Promise<void> CityServer::reconstructions(ReconstructionsContext context) {
   context.allowCancellation();
-  caller_.Check("GET", {"v1", "reconstructions"});
+  const Sight sight = caller_.Check("GET", {"v1", "reconstructions"}).sight;
   using Answer = std::pair<std::vector<ReconstructionAnswer>, uint64_t>;
   return caller_
-      .Ask<Answer>([](Engine* engine) -> Result<Answer> {
-        const Questions ask = engine->Ask();
+      .Ask<Answer>([sight](Engine* engine) -> Result<Answer> {
+        const Questions ask = engine->Ask(sight);
         VEDUTA_ASSIGN_OR_RETURN(auto list, ask.Reconstructions());
         return Answer{std::move(list), ask.snapshot()};
       })
@@ -137,12 +137,13 @@ kj::Promise<void> CityServer::reconstructions(ReconstructionsContext context) {
 kj::Promise<void> CityServer::points(PointsContext context) {
   context.allowCancellation();
   const uint32_t number = context.getParams().getReconstruction();
-  caller_.Check("GET", {"v1", "reconstructions", std::to_string(number), "points"});
+  const Sight sight =
+      caller_.Check("GET", {"v1", "reconstructions", std::to_string(number), "points"}).sight;
   if (number == 0) kj::throwFatalException(Failure(404, "there is no reconstruction 0"));
   auto share = std::make_shared<BudgetShare>(caller_.session().shared.bytes);
   return caller_
-      .Ask<FoundPoints>([number, share](Engine* engine) -> Result<FoundPoints> {
-        const Questions ask = engine->Ask();
+      .Ask<FoundPoints>([number, share, sight](Engine* engine) -> Result<FoundPoints> {
+        const Questions ask = engine->Ask(sight);
         const ReconstructionId id(number);
         // Room is asked for before the memory is taken.
         VEDUTA_ASSIGN_OR_RETURN(const ReconstructionAnswer known, ask.Reconstruction(id));

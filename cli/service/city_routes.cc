@@ -36,29 +36,28 @@ constexpr uint64_t kCandidatesMax = 100'000, kCandidatesDefault = 20;
 // Photos in one answer, at most and by default; sides of small pictures, px. Chosen by hand.
 constexpr uint64_t kPhotosCountMax = 1000, kThumbnailSide = 256, kThumbnailSideMin = 16;
 
-// Of a camera that is sent. Parsed JSON takes many times its text. Chosen by hand.
-constexpr size_t kCameraBytesMax = 64 << 10;
+// Of what is to be removed, which may be a long list of photos. Chosen by hand.
+constexpr size_t kRemovalBytesMax = 4 << 20;
 
 template <typename T>
 HttpAnswer AnswerOf(const Result<T>& result) {
   return result.ok() ? JsonAnswer(200, ToJson(*result)) : ProblemOf(result.status());
 }
 
-HttpAnswer GetStatus(Engine* engine, const HttpRequest&, const PathArguments&) {
-  return AnswerOf(engine->Ask().Status());
+HttpAnswer GetStatus(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  return AnswerOf(engine->Ask(request.sight).Status());
 }
 
-HttpAnswer ListCameras(Engine* engine, const HttpRequest&, const PathArguments&) {
-  return AnswerOf(engine->Ask().Cameras());
+HttpAnswer ListCameras(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  return AnswerOf(engine->Ask(request.sight).Cameras());
 }
 
-HttpAnswer GetCamera(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
-  return AnswerOf(engine->Ask().Camera(arguments[0]));
+HttpAnswer GetCamera(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
+  return AnswerOf(engine->Ask(request.sight).Camera(arguments[0]));
 }
 
 Result<CameraAnswer> AddCameraOf(Engine* engine, const HttpRequest& request) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request));
   VEDUTA_ASSIGN_OR_RETURN(const std::string name, TextMember(json, "name"));
   VEDUTA_ASSIGN_OR_RETURN(const std::string size, TextMember(json, "size"));
   VEDUTA_ASSIGN_OR_RETURN(const std::string params, TextMember(json, "params"));
@@ -72,8 +71,7 @@ HttpAnswer AddCamera(Engine* engine, const HttpRequest& request, const PathArgum
   if (request.content_type != "application/json")
     return Problem(415, "the content type is '" + request.content_type +
                             "': a camera is sent as application/json");
-  if (request.body.size() > kCameraBytesMax)
-    return Problem(413, "a camera has at most " + std::to_string(kCameraBytesMax) + " bytes");
+  if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
   const Result<CameraAnswer> camera = AddCameraOf(engine, request);
   return camera.ok() ? JsonAnswer(201, ToJson(*camera)) : ProblemOf(camera.status());
 }
@@ -131,8 +129,8 @@ HttpAnswer GetGeoPose(Engine* engine, const HttpRequest& request, const PathArgu
   return image.ok() ? GeoPoseAnswer(request, *image, form) : ProblemOf(image.status());
 }
 
-HttpAnswer GetGeoreference(Engine* engine, const HttpRequest&, const PathArguments&) {
-  return AnswerOf(engine->Ask().Georeference());
+HttpAnswer GetGeoreference(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  return AnswerOf(engine->Ask(request.sight).Georeference());
 }
 
 HttpAnswer GetUncertainty(Engine* engine, const HttpRequest& request,
@@ -182,8 +180,7 @@ HttpAnswer LocalizePhoto(Engine* engine, const HttpRequest& request, const PathA
 }
 
 Result<RemoveAnswer> RemoveOf(Engine* engine, const HttpRequest& request) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request, kRemovalBytesMax));
   RemoveRequest wanted;
   const Json photos = json.value("photos", Json::array());
   if (!photos.is_array()) return Status::InvalidArgument("'photos' is no array");
@@ -204,12 +201,12 @@ Result<RemoveAnswer> RemoveOf(Engine* engine, const HttpRequest& request) {
 }
 
 HttpAnswer RemovePhotos(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (auto refusal = RefuseLargeJson(request, kRemovalBytesMax)) return *std::move(refusal);
   return AnswerOf(RemoveOf(engine, request));
 }
 
 Result<ForbidRequest> StatementOf(const HttpRequest& request) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request));
   static const std::map<std::string, ForbidKind> kKinds = {
       {"pair", ForbidKind::kPair}, {"merge", ForbidKind::kMerge}, {"pose", ForbidKind::kPose}};
   VEDUTA_ASSIGN_OR_RETURN(const std::string kind, TextMember(json, "kind"));
@@ -227,6 +224,7 @@ Result<ForbidRequest> StatementOf(const HttpRequest& request) {
 
 template <Status (Engine::*kState)(const ForbidRequest&)>
 HttpAnswer StateFact(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
   const Result<ForbidRequest> statement = StatementOf(request);
   if (!statement.ok()) return ProblemOf(statement.status());
   const Status stated = (engine->*kState)(*statement);
@@ -237,14 +235,15 @@ HttpAnswer ListUploads(Engine* engine, const HttpRequest& request, const PathArg
   return AnswerOf(engine->Ask(request.sight).Uploads());
 }
 
-HttpAnswer ListReconstructions(Engine* engine, const HttpRequest&, const PathArguments&) {
-  return AnswerOf(engine->Ask().Reconstructions());
+HttpAnswer ListReconstructions(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  return AnswerOf(engine->Ask(request.sight).Reconstructions());
 }
 
-HttpAnswer GetReconstruction(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+HttpAnswer GetReconstruction(Engine* engine, const HttpRequest& request,
+                             const PathArguments& arguments) {
   const auto id = ReconstructionNumber(arguments[0]);
   if (!id.ok()) return ProblemOf(id.status());
-  const Questions ask = engine->Ask();
+  const Questions ask = engine->Ask(request.sight);
   const auto found = ask.Reconstruction(*id);
   if (!found.ok()) return ProblemOf(found.status());
   const auto hypotheses = ask.Hypotheses(found->id);
@@ -296,10 +295,10 @@ std::string PointBytes(const PointCloud& cloud) {
   return bytes;
 }
 
-HttpAnswer GetPoints(Engine* engine, const HttpRequest&, const PathArguments& arguments) {
+HttpAnswer GetPoints(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
   const auto id = ReconstructionNumber(arguments[0]);
   if (!id.ok()) return ProblemOf(id.status());
-  const auto cloud = engine->Ask().Points(*id);
+  const auto cloud = engine->Ask(request.sight).Points(*id);
   if (!cloud.ok()) return ProblemOf(cloud.status());
   return {200, "application/octet-stream", PointBytes(*cloud), {}};
 }
@@ -322,6 +321,8 @@ Result<GeoreferenceRequest> GeoreferenceOf(const HttpRequest& request) {
 }
 
 HttpAnswer SetGeoreference(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (request.body.empty() && Parameter(request, "forget") != "yes")
+    return Problem(400, "there are no surveyed points: send a file, or 'forget=yes'");
   if (!request.body.empty() && request.content_type != "text/plain")
     return Problem(415, "the content type is '" + request.content_type +
                             "': surveyed points are sent as text/plain");
@@ -330,8 +331,8 @@ HttpAnswer SetGeoreference(Engine* engine, const HttpRequest& request, const Pat
   return AnswerOf(engine->Georeference(*wanted));
 }
 
-HttpAnswer ListHypotheses(Engine* engine, const HttpRequest&, const PathArguments&) {
-  return AnswerOf(engine->Ask().Hypotheses());
+HttpAnswer ListHypotheses(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  return AnswerOf(engine->Ask(request.sight).Hypotheses());
 }
 
 HttpAnswer GetJournal(Engine* engine, const HttpRequest& request, const PathArguments&) {
@@ -343,7 +344,8 @@ HttpAnswer GetJournal(Engine* engine, const HttpRequest& request, const PathArgu
 }
 
 HttpAnswer GetOpenApi(Engine* /*engine*/, const HttpRequest&, const PathArguments&) {
-  return JsonAnswer(200, OpenApi(ListRoutes()));
+  static const HttpAnswer kDocument = JsonAnswer(200, OpenApi(ListRoutes()));
+  return kDocument;
 }
 
 std::vector<CityRoute> RoutesOfCity() {

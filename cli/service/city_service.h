@@ -86,6 +86,7 @@ class CityService final {
 
   // Whether requests need tokens: there is one.
   bool asks_for_tokens() const { return gatekeeper_.asks_for_tokens(); }
+  bool has_tokens() const { return gatekeeper_.has_tokens(); }
 
   // The answer to a request that is for nothing, or may not be made, or is one too many: before its
   // body is read. To be asked of each request but a GET that Handle is given, which counts it.

@@ -31,20 +31,17 @@ HttpAnswer Tell(const Engine& engine, uint32_t number, uint32_t code, const Sigh
   return answer;
 }
 
-Result<uint32_t> OpenOf(Engine* engine, const HttpRequest& request) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+Result<ContributionRequest> RequestOf(const HttpRequest& request) {
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request));
+  VEDUTA_RETURN_IF_ERROR(RefuseOthers(json, {"comment", "licence", "contributor"}));
   ContributionRequest wanted;
   VEDUTA_ASSIGN_OR_RETURN(wanted.comment, OptionalText(json, "comment"));
   VEDUTA_ASSIGN_OR_RETURN(wanted.licence, OptionalText(json, "licence"));
   VEDUTA_ASSIGN_OR_RETURN(wanted.contributor, OptionalText(json, "contributor"));
-  const std::string sender = request.who.empty() ? "anonymous" : request.who;
-  if (wanted.contributor.empty()) wanted.contributor = sender;
-  if (wanted.contributor != sender && !request.may_name_others)
-    return Status::InvalidArgument("contributions are opened under the token's name, " + sender +
-                                   ": leave 'contributor' out");
+  if (wanted.contributor.empty())
+    wanted.contributor = request.who.empty() ? "anonymous" : request.who;
   wanted.actor = request.who.empty() ? wanted.contributor : request.who;
-  return engine->OpenContribution(wanted);
+  return wanted;
 }
 
 HttpAnswer ListContributions(Engine* engine, const HttpRequest& request, const PathArguments&) {
@@ -62,10 +59,13 @@ HttpAnswer OpenContribution(Engine* engine, const HttpRequest& request, const Pa
   if (request.content_type != "application/json")
     return Problem(415, "the content type is '" + request.content_type +
                             "': a contribution is opened by application/json");
-  if (request.body.size() > kBodyBytesMax)
-    return Problem(
-        413, "a contribution is opened by at most " + std::to_string(kBodyBytesMax) + " bytes");
-  const Result<uint32_t> opened = OpenOf(engine, request);
+  if (auto refusal = RefuseLargeJson(request, kBodyBytesMax)) return *std::move(refusal);
+  const Result<ContributionRequest> wanted = RequestOf(request);
+  if (!wanted.ok()) return ProblemOf(wanted.status());
+  if (wanted->contributor != request.who && !request.may_name_others)
+    return Problem(403, "contributions are opened under the token's name, " + request.who +
+                            ": leave 'contributor' out");
+  const Result<uint32_t> opened = engine->OpenContribution(*wanted);
   return opened.ok() ? Tell(*engine, *opened, 201) : ProblemOf(opened.status());
 }
 

@@ -20,6 +20,9 @@ class Gatekeeper final {
   // next request reads it first.
   Status Look(const Questions& ask) const;
   bool asks_for_tokens() const { return door_ != Door::kOpen; }
+  // Whether the last look has found tokens; asks_for_tokens() is also true where it found out
+  // nothing.
+  bool has_tokens() const { return door_ == Door::kByToken; }
 
   // The answer to a request that may not be made: 401 without a good token, 403 where its role is
   // not enough. Otherwise notes in the request who makes it, and what may be told: what is hidden

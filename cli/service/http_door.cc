@@ -120,7 +120,6 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
 
  private:
   using Response = kj::HttpService::Response;
-
   // Of one connection.
   class Client final : public kj::HttpService {
    public:
@@ -201,7 +200,8 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     // own name, or by a name of theirs that leads to this machine.
     const std::string host = Header(headers, kj::HttpHeaderId::HOST);
     const std::string origin = Header(headers, known_.origin);
-    if (!is_of_owner_ && !limits_.options.asks_for_tokens && !IsThisMachine(HostOf(host)))
+    const bool by_token = limits_.options.asks_for_tokens || service_->has_tokens();
+    if (!is_of_owner_ && !by_token && !IsThisMachine(HostOf(host)))
       return Problem(403, "the daemon answers to localhost, 127.0.0.1 and [::1] alone");
     const std::string site = Header(headers, known_.fetch_site);
     // A link of theirs may lead to the page itself, which tells nothing.
@@ -338,7 +338,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     if (error != std::errc() || rest != text.data() + text.size()) {
       return Send(Problem(400, "events are asked for as /v1/events?from=NUMBER"), response);
     }
-    if (!last.empty()) ++first;
+    if (!last.empty() && first != UINT64_MAX) ++first;
     if (!limits_.followers.Take(1)) {
       return Send(ComeAgain(503, "too many clients follow the city: come again later", 60),
                   response);

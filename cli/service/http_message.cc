@@ -66,6 +66,7 @@ const char* HttpPhrase(uint32_t code) {
       {429, "Too Many Requests"},
       {460, "Checksum Mismatch"},
       {500, "Internal Server Error"},
+      {501, "Not Implemented"},
       {503, "Service Unavailable"},
   };
   const auto found = kPhrases.find(code);

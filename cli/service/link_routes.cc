@@ -27,8 +27,7 @@ HttpAnswer ListLinks(Engine* engine, const HttpRequest&, const PathArguments&) {
 }
 
 Result<NewToken> MakeLinkOf(Engine* engine, const HttpRequest& request) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request));
   TokenRequest wanted;
   wanted.is_link = true;
   VEDUTA_ASSIGN_OR_RETURN(wanted.name, TextMember(json, "name"));
@@ -49,12 +48,13 @@ Result<NewToken> MakeLinkOf(Engine* engine, const HttpRequest& request) {
 }
 
 HttpAnswer MakeLink(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
   const Result<NewToken> made = MakeLinkOf(engine, request);
   return made.ok() ? JsonAnswer(201, LinkJson(*made)) : ProblemOf(made.status());
 }
 
 Status RevokeLinkOf(Engine* engine, const HttpRequest& request, const std::string& text) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request));
   VEDUTA_ASSIGN_OR_RETURN(const uint64_t number, WholeNumber("a link's number", text, 1,
                                                              std::numeric_limits<uint32_t>::max()));
   VEDUTA_ASSIGN_OR_RETURN(const std::string actor, ActorOf(json, request));
@@ -66,6 +66,7 @@ Status RevokeLinkOf(Engine* engine, const HttpRequest& request, const std::strin
 }
 
 HttpAnswer RevokeLink(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
+  if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
   const Status revoked = RevokeLinkOf(engine, request, arguments[0]);
   return revoked.ok() ? JsonAnswer(200, Json::object()) : ProblemOf(revoked);
 }

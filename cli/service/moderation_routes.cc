@@ -10,25 +10,13 @@
 namespace veduta {
 namespace {
 
-// Of a report or of what is to be hidden. Parsed JSON takes many times its text. Chosen by hand.
-constexpr size_t kBodyBytesMax = 256 << 10;
-
 template <typename T>
 HttpAnswer AnswerOf(const Result<T>& result) {
   return result.ok() ? JsonAnswer(200, ToJson(*result)) : ProblemOf(result.status());
 }
 
-Result<Json> ObjectOf(const HttpRequest& request) {
-  if (request.body.size() > kBodyBytesMax)
-    return Status::InvalidArgument("the body has more than " + std::to_string(kBodyBytesMax) +
-                                   " bytes");
-  Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
-  return json;
-}
-
 Result<HideRequest> HideOf(const HttpRequest& request) {
-  VEDUTA_ASSIGN_OR_RETURN(const Json json, ObjectOf(request));
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request));
   HideRequest wanted;
   const Json photos = json.value("photos", Json::array());
   if (!photos.is_array()) return Status::InvalidArgument("'photos' is no array");
@@ -47,6 +35,7 @@ Result<HideRequest> HideOf(const HttpRequest& request) {
 
 template <Status (Engine::*kState)(const HideRequest&)>
 HttpAnswer HideOrShow(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
   const Result<HideRequest> wanted = HideOf(request);
   if (!wanted.ok()) return ProblemOf(wanted.status());
   const Status done = (engine->*kState)(*wanted);
@@ -68,7 +57,7 @@ HttpAnswer ListHidden(Engine* engine, const HttpRequest&, const PathArguments&) 
 }
 
 Result<uint32_t> ReportOf(Engine* engine, const HttpRequest& request, const std::string& photo) {
-  VEDUTA_ASSIGN_OR_RETURN(const Json json, ObjectOf(request));
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request));
   ReportRequest report;
   report.photo = photo;
   VEDUTA_ASSIGN_OR_RETURN(const std::string reason, TextMember(json, "reason"));
@@ -86,6 +75,7 @@ HttpAnswer ReportPhoto(Engine* engine, const HttpRequest& request, const PathArg
   if (request.content_type != "application/json")
     return Problem(415, "the content type is '" + request.content_type +
                             "': a report is sent as application/json");
+  if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
   const Result<uint32_t> number = ReportOf(engine, request, arguments[0]);
   return number.ok() ? JsonAnswer(201, {{"report", *number}}) : ProblemOf(number.status());
 }
@@ -102,7 +92,8 @@ HttpAnswer DismissReport(Engine* engine, const HttpRequest& request,
   const auto number =
       WholeNumber("a report's number", arguments[0], 1, std::numeric_limits<uint32_t>::max());
   if (!number.ok()) return ProblemOf(number.status());
-  const Result<Json> json = ObjectOf(request);
+  if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
+  const Result<Json> json = JsonObjectOf(request);
   if (!json.ok()) return ProblemOf(json.status());
   const Result<std::string> actor = ActorOf(*json, request);
   if (!actor.ok()) return ProblemOf(actor.status());

@@ -30,7 +30,7 @@ constexpr Description kDescriptions[] = {
     {"GET", "/v1/openapi.json", "This document"},
     {"GET", "/v1/events", "The journal as it grows", Body::kNone, 200, "text/event-stream"},
     {"GET", "/v1/photos", "Images from a number on, ascending"},
-    {"POST", "/v1/photos", "Add a photo; 202 with Prefer: respond-async", Body::kPhoto, 201},
+    {"POST", "/v1/photos", "Add a photo", Body::kPhoto, 201},
     {"GET", "/v1/dense", "The dense pass"},
     {"POST", "/v1/dense/pause", "Pause the dense pass"},
     {"POST", "/v1/dense/resume", "Go on with the dense pass"},
@@ -128,24 +128,6 @@ Description DescriptionOf(const CityRoute& route) {
   return {route.method, "", ""};
 }
 
-Json ParametersOf(const CityRoute& route) {
-  Json parameters = Json::array();
-  for (size_t i = 1; i < route.path.size(); ++i) {
-    if (route.path[i] != "*") continue;
-    parameters.push_back({{"name", ParameterName(route.path[i - 1])},
-                          {"in", "path"},
-                          {"required", true},
-                          {"schema", {{"type", "string"}}}});
-  }
-  for (const std::string& name : route.parameters) {
-    const bool is_number = name == "from" || name == "count" || name == "side" || name == "limit";
-    parameters.push_back({{"name", name},
-                          {"in", "query"},
-                          {"schema", {{"type", is_number ? "integer" : "string"}}}});
-  }
-  return parameters;
-}
-
 Json BinarySchema() {
   return {{"schema", {{"type", "string"}, {"format", "binary"}}}};
 }
@@ -176,7 +158,84 @@ Json BodyOf(Body body, bool is_form) {
   return {{"required", is_needed}, {"content", std::move(content)}};
 }
 
-Json AnswersOf(const Description& description) {
+// Whether a part of the answer may be asked for, as CutToRange has it.
+bool HasRanges(const CityRoute& route, const Description& description) {
+  const std::string type = description.media_type;
+  return std::string(route.method) == "GET" && !type.ends_with("json") &&
+         type != "text/event-stream";
+}
+
+// Whether it is answered by 304 to who has it.
+bool HasTag(const CityRoute& route) {
+  return route.is_of_snapshot || std::ranges::find(route.path, "surface") != route.path.end();
+}
+
+bool AddsPhoto(const CityRoute& route) {
+  return std::string(route.method) == "POST" && PathTemplate(route) == "/v1/photos";
+}
+
+// Headers that a request may have, or must, where the value is true.
+std::vector<std::pair<const char*, bool>> HeadersOf(const CityRoute& route,
+                                                    const Description& description) {
+  std::vector<std::pair<const char*, bool>> headers;
+  if (HasRanges(route, description)) headers.emplace_back("Range", false);
+  if (HasTag(route)) headers.emplace_back("If-None-Match", false);
+  if (AddsPhoto(route)) headers.emplace_back("Prefer", false);
+  if (PathTemplate(route) == "/v1/events") headers.emplace_back("Last-Event-ID", false);
+  const std::string method = route.method;
+  if (route.path.size() < 2 || route.path[1] != "tus" || method == "OPTIONS") return headers;
+  headers.emplace_back("Tus-Resumable", method != "GET");
+  if (method == "POST") {
+    headers.emplace_back("Upload-Length", true);
+    headers.emplace_back("Upload-Metadata", true);
+  }
+  if (method == "PATCH") headers.emplace_back("Upload-Offset", true);
+  if (description.body == Body::kPart) headers.emplace_back("Upload-Checksum", false);
+  return headers;
+}
+
+Json ParametersOf(const CityRoute& route, const Description& description) {
+  Json parameters = Json::array();
+  for (size_t i = 1; i < route.path.size(); ++i) {
+    if (route.path[i] != "*") continue;
+    parameters.push_back({{"name", ParameterName(route.path[i - 1])},
+                          {"in", "path"},
+                          {"required", true},
+                          {"schema", {{"type", "string"}}}});
+  }
+  for (const std::string& name : route.parameters) {
+    const bool is_number = name == "from" || name == "count" || name == "side" || name == "limit";
+    parameters.push_back({{"name", name},
+                          {"in", "query"},
+                          {"schema", {{"type", is_number ? "integer" : "string"}}}});
+  }
+  for (const auto& [name, is_needed] : HeadersOf(route, description)) {
+    parameters.push_back({{"name", name},
+                          {"in", "header"},
+                          {"required", is_needed},
+                          {"schema", {{"type", "string"}}}});
+  }
+  return parameters;
+}
+
+// Successes beside the one that the description names.
+void AddOtherAnswers(const CityRoute& route, const Description& description, Json* answers) {
+  if (HasRanges(route, description)) {
+    (*answers)["206"] = {{"description", "The bytes that Range asks for"},
+                         {"content", (*answers)["200"]["content"]}};
+  }
+  if (HasTag(route)) (*answers)["304"] = {{"description", "It is as If-None-Match has it"}};
+  if (!AddsPhoto(route)) return;
+  const Json content = (*answers)["201"]["content"];
+  (*answers)["200"] = {{"description", "It has taken the place of a smaller copy (`replaced`)"},
+                       {"content", content}};
+  (*answers)["202"] = {
+      {"description",
+       "It is on the disk and waits for its turn; Location tells what becomes of it"},
+      {"content", content}};
+}
+
+Json AnswersOf(const CityRoute& route, const Description& description) {
   const std::string media_type = description.media_type;
   Json answers, content;
   if (media_type.empty()) {
@@ -193,6 +252,7 @@ Json AnswersOf(const Description& description) {
   }
   answers[std::to_string(description.code)] = {{"description", "Done"},
                                                {"content", std::move(content)}};
+  AddOtherAnswers(route, description, &answers);
   answers["default"] = {{"$ref", "#/components/responses/Problem"}};
   return answers;
 }
@@ -213,12 +273,12 @@ Json OperationOf(const CityRoute& route) {
     operation["description"] = "Takes the role of " + RoleWord(route.role) + " or a higher one.";
   operation["security"] = Json::array();
   if (!route.is_for_all) operation["security"].push_back({{"token", Json::array()}});
-  if (Json parameters = ParametersOf(route); !parameters.empty())
+  if (Json parameters = ParametersOf(route, description); !parameters.empty())
     operation["parameters"] = std::move(parameters);
   if (description.body != Body::kNone)
     operation["requestBody"] =
         BodyOf(description.body, description.path == std::string("/v1/photos"));
-  operation["responses"] = AnswersOf(description);
+  operation["responses"] = AnswersOf(route, description);
   return operation;
 }
 

@@ -80,12 +80,13 @@ OwnerCommands::OwnerCommands(Engine* engine, DenseKeeper* keeper, CameraKeeper* 
     : engine_(engine), keeper_(keeper), cameras_(cameras), cache_folder_(std::move(cache_folder)) {}
 
 HttpAnswer OwnerCommands::Answer(const HttpRequest& request) {
-  const Json wanted = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!wanted.is_object()) return ProblemOf(Status::InvalidArgument("the body is no JSON object"));
+  if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
+  const Result<Json> wanted = JsonObjectOf(request);
+  if (!wanted.ok()) return ProblemOf(wanted.status());
   const auto done = kj::defer([this] { --at_work_; });
   if (++at_work_ > kAtWorkMax)
     return ProblemOf(Status::Busy("two commands of the owner are at work: try again later"));
-  return Do(request, wanted);
+  return Do(request, *wanted);
 }
 
 HttpAnswer OwnerCommands::Do(const HttpRequest& request, const Json& wanted) {

@@ -155,14 +155,15 @@ std::optional<HttpAnswer> Quotas::TryPhoto(const HttpRequest& request, double si
   return std::nullopt;
 }
 
-void Quotas::GivePhoto(const HttpRequest& request, uint64_t size_bytes) {
-  if (request.token_number == 0) return;
+void Quotas::GivePhoto(const HttpRequest& request, uint64_t size_bytes, double after_s) {
+  const double share = 1 - std::clamp(after_s / kDayS, 0.0, 1.0);
+  if (request.token_number == 0 || share == 0) return;
   {
     const std::lock_guard lock(mutex_);
     Measures& measures = FilledMeasures(request);
-    measures.photos.left = std::min(measures.photos.full, measures.photos.left + 1);
-    measures.bytes.left =
-        std::min(measures.bytes.full, measures.bytes.left + static_cast<double>(size_bytes));
+    measures.photos.left = std::min(measures.photos.full, measures.photos.left + share);
+    measures.bytes.left = std::min(measures.bytes.full,
+                                   measures.bytes.left + share * static_cast<double>(size_bytes));
   }
   Keep(request);
 }

@@ -47,8 +47,10 @@ class Quotas final {
   std::optional<HttpAnswer> TakeRequest(const HttpRequest& request);
   std::optional<HttpAnswer> TakePhoto(const HttpRequest& request, uint64_t size_bytes);
   std::optional<HttpAnswer> TakeReport(const HttpRequest& request);
-  // Gives back what was taken for a photo that was not stored for no fault of its own.
-  void GivePhoto(const HttpRequest& request, uint64_t size_bytes);
+  // Gives back what was taken for a photo that was not stored for no fault of its own, or that was
+  // given up `after_s` seconds later: less by the share of a day that has passed, since all fills
+  // again in a day.
+  void GivePhoto(const HttpRequest& request, uint64_t size_bytes, double after_s = 0);
 
  private:
   // What is left of one measure.

@@ -2,8 +2,12 @@
 #pragma once
 // Numbers and texts in what a request carries. Failures are kInvalidArgument and name the part.
 
+#include <cstddef>
 #include <cstdint>
+#include <initializer_list>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "cli/service/http_message.h"
 #include "storage/base/status.h"
@@ -13,6 +17,20 @@ namespace veduta {
 // A parameter of the query; `otherwise` where it is not given.
 Result<uint64_t> NumberParameter(const HttpRequest& request, const std::string& name,
                                  uint64_t otherwise, uint64_t min, uint64_t max);
+
+// Of a body in JSON, where its route says nothing else. Parsed JSON takes many times its text.
+// Chosen by hand.
+inline constexpr size_t kJsonBytesMax = 256 << 10;
+
+// The answer to a body of more bytes, 413.
+std::optional<HttpAnswer> RefuseLargeJson(const HttpRequest& request,
+                                          size_t bytes_max = kJsonBytesMax);
+// The body, which must be a JSON object of at most so many bytes, with arrays and objects in each
+// other up to a fixed depth.
+Result<Json> JsonObjectOf(const HttpRequest& request, size_t bytes_max = kJsonBytesMax);
+
+// Refuses an object with a member that nobody reads.
+Status RefuseOthers(const Json& object, std::initializer_list<std::string_view> known);
 
 // The member of a JSON object that must be a text.
 Result<std::string> TextMember(const Json& object, const char* name);

@@ -23,7 +23,7 @@ HttpAnswer AnswerWithTileset(Engine* engine, const HttpRequest& request,
                              const PathArguments& arguments) {
   const Result<ReconstructionId> id = ReconstructionNumber(arguments[0]);
   if (!id.ok()) return ProblemOf(id.status());
-  Result<TilesetAnswer> tileset = engine->Ask().Tileset(*id);
+  Result<TilesetAnswer> tileset = engine->Ask(request.sight).Tileset(*id);
   if (!tileset.ok()) return ProblemOf(tileset.status());
   HttpAnswer answer;
   answer.headers = {{"ETag", Quoted(tileset->tag)}};
@@ -54,7 +54,7 @@ HttpAnswer AnswerWithSurfaceTile(Engine* engine, const HttpRequest& request,
     answer.code = 304;
     return answer;
   }
-  Result<SurfaceTileAnswer> tile = engine->Ask().SurfaceTile(*id, name);
+  Result<SurfaceTileAnswer> tile = engine->Ask(request.sight).SurfaceTile(*id, name);
   if (!tile.ok()) return ProblemOf(tile.status());
   answer.body.assign(tile->glb.begin(), tile->glb.end());
   // These are not the bytes that the name stands for, and nobody may keep them.

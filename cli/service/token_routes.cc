@@ -16,8 +16,7 @@ HttpAnswer ListTokens(Engine* engine, const HttpRequest&, const PathArguments&) 
 }
 
 Result<NewToken> MakeTokenOf(Engine* engine, const HttpRequest& request) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request));
   TokenRequest wanted;
   VEDUTA_ASSIGN_OR_RETURN(wanted.name, TextMember(json, "name"));
   VEDUTA_ASSIGN_OR_RETURN(const std::string role, TextMember(json, "role"));
@@ -45,12 +44,13 @@ Result<NewToken> MakeTokenOf(Engine* engine, const HttpRequest& request) {
 }
 
 HttpAnswer MakeToken(Engine* engine, const HttpRequest& request, const PathArguments&) {
+  if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
   const Result<NewToken> made = MakeTokenOf(engine, request);
   return made.ok() ? JsonAnswer(201, ToJson(*made)) : ProblemOf(made.status());
 }
 
 Status RevokeTokenOf(Engine* engine, const HttpRequest& request, const std::string& number) {
-  const Json json = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
+  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request));
   VEDUTA_ASSIGN_OR_RETURN(const uint64_t parsed, WholeNumber("a token's number", number, 1,
                                                              std::numeric_limits<uint32_t>::max()));
   VEDUTA_ASSIGN_OR_RETURN(const std::string actor, ActorOf(json, request));
@@ -58,6 +58,7 @@ Status RevokeTokenOf(Engine* engine, const HttpRequest& request, const std::stri
 }
 
 HttpAnswer RevokeToken(Engine* engine, const HttpRequest& request, const PathArguments& arguments) {
+  if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
   const Status revoked = RevokeTokenOf(engine, request, arguments[0]);
   return revoked.ok() ? JsonAnswer(200, Json::object()) : ProblemOf(revoked);
 }

@@ -65,13 +65,10 @@ HttpAnswer TusUploads::Answer(Engine* engine, const HttpRequest& request) {
   }
   if (request.method == "POST") return Begin(engine, request);
   if (request.method == "PATCH") return Continue(engine, request);
+  if (request.method == "DELETE") return GiveUp(engine, request);
   HttpAnswer refusal;
   const Result<PartialUploadAnswer> upload = Find(*engine, request, &refusal);
   if (!upload.ok()) return refusal;
-  if (request.method == "DELETE") {
-    const Status abandoned = engine->AbandonUpload(upload->id);
-    return abandoned.ok() ? NoContent() : NotStored(abandoned);
-  }
   HttpAnswer answer = JsonAnswer(200, ToJson(*upload));
   AddHeaders(*upload, &answer);
   answer.headers.emplace_back("Upload-Length", std::to_string(upload->length_bytes));
@@ -187,11 +184,26 @@ HttpAnswer TusUploads::Continue(Engine* engine, const HttpRequest& request) {
                      "the bytes have not the sum that Upload-Checksum says: nothing of them "
                      "is stored, send them again");
   }
+  const std::shared_lock lock(giving_up_mutex_);
   const auto after = intake_.Continue(engine, upload->id, *offset, request.body);
   if (!after.ok()) return NotStored(after.status());
   HttpAnswer answer = NoContent();
   AddHeaders(*after, &answer);
   return answer;
+}
+
+HttpAnswer TusUploads::GiveUp(Engine* engine, const HttpRequest& request) {
+  const std::unique_lock lock(giving_up_mutex_);
+  HttpAnswer refusal;
+  const Result<PartialUploadAnswer> upload = Find(*engine, request, &refusal);
+  if (!upload.ok()) return refusal;
+  const Status abandoned = engine->AbandonUpload(upload->id);
+  if (!abandoned.ok()) return NotStored(abandoned);
+  // A photo that is in line was sent; and the owner has no quota to give it back to.
+  if (upload->upload == 0 && upload->token == request.token_number)
+    quotas_.GivePhoto(request, upload->length_bytes,
+                      static_cast<double>(std::time(nullptr) - upload->begun_unix_s));
+  return NoContent();
 }
 
 HttpAnswer TusUploads::NotStored(const Status& status) const {

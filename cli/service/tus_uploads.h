@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <shared_mutex>
 #include <utility>
 
 #include "cli/service/http_message.h"
@@ -40,13 +41,15 @@ class TusUploads final {
   // The answer to any request of the protocol that is let in. A part that is answered by 204, and a
   // photo by 201, are on the disk.
   HttpAnswer Answer(Engine* engine, const HttpRequest& request);
-  // Gives up what has expired.
+  // Gives up what has expired. Nothing is given back to quotas: they have filled since, or will in
+  // what is left of a day.
   Status Expire(Engine* engine) const;
 
  private:
   HttpAnswer Begin(Engine* engine, const HttpRequest& request);
   Result<PartialUploadRequest> RequestOf(const Engine& engine, const HttpRequest& request) const;
   HttpAnswer Continue(Engine* engine, const HttpRequest& request);
+  HttpAnswer GiveUp(Engine* engine, const HttpRequest& request);
   HttpAnswer NotStored(const Status& status) const;
   // What is known of the upload that the request is about, or the answer where it has none.
   Result<PartialUploadAnswer> Find(const Engine& engine, const HttpRequest& request,
@@ -59,6 +62,9 @@ class TusUploads final {
   PhotoIntake& intake_;
   Quotas& quotas_;
   const std::function<void(const Status&)> write_failed_;
+  // Held by who gives an upload up, alone, so that its last byte does not come meanwhile; shared by
+  // those that go on.
+  std::shared_mutex giving_up_mutex_;
 };
 
 }  // namespace veduta

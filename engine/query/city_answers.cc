@@ -94,6 +94,20 @@ HypothesisAnswer ToAnswer(const HypothesisRecord& record) {
   return answer;
 }
 
+// Takes the images out of the answer that must not be told.
+Status DropUnseen(const Visibility& visibility, HypothesisAnswer* answer) {
+  std::vector<ImageId> seen;
+  for (const ImageId image : answer->unsure) {
+    VEDUTA_ASSIGN_OR_RETURN(const bool sees, visibility.Sees(image));
+    if (sees) seen.push_back(image);
+  }
+  answer->unsure = std::move(seen);
+  if (!answer->image.valid()) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(const bool sees, visibility.Sees(answer->image));
+  if (!sees) answer->image = {};
+  return Status::Ok();
+}
+
 Result<std::optional<DepthMapAnswer>> DepthMapOf(const Snapshot& snapshot, ImageId image,
                                                  const Visibility& visibility) {
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<DepthRecord> depth,
@@ -139,7 +153,7 @@ Result<CameraRecord> FindCamera(const Snapshot& snapshot, const std::string& nam
 }
 
 Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& sizes,
-                              UnsureCache* unsure) {
+                              UnsureCache* unsure, const Sight& sight) {
   StatusAnswer status;
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseCounts counts, snapshot.GetCounts());
   status.images = counts.images;
@@ -157,9 +171,11 @@ Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& siz
   for (const ReconstructionRecord& record : living) {
     status.reconstructions.push_back(ToAnswer(record, dense[record.id]));
   }
+  VEDUTA_RETURN_IF_ERROR(
+      Visibility(snapshot, sight).Keep(&ReconstructionAnswer::id, &status.reconstructions));
   VEDUTA_ASSIGN_OR_RETURN(const auto all_unsure, unsure->Get(snapshot));
   status.unsure = all_unsure->size();
-  VEDUTA_ASSIGN_OR_RETURN(status.doubtful_seams, HypothesesOf(snapshot, {}));
+  VEDUTA_ASSIGN_OR_RETURN(status.doubtful_seams, HypothesesOf(snapshot, {}, sight));
   status.open_hypotheses = status.doubtful_seams.size();
   std::ranges::stable_sort(status.doubtful_seams, std::greater<>(),
                            &HypothesisAnswer::common_points);
@@ -225,7 +241,7 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
       VEDUTA_ASSIGN_OR_RETURN(answer.on_earth,
                               EarthPoseIn(snapshot, pose->reconstruction, pose->cam_from_world));
     }
-    VEDUTA_ASSIGN_OR_RETURN(answer.hypotheses, HypothesesOf(snapshot, pose->reconstruction));
+    VEDUTA_ASSIGN_OR_RETURN(answer.hypotheses, HypothesesOf(snapshot, pose->reconstruction, sight));
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
                           snapshot.GetObservations(image.id));
@@ -236,13 +252,18 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
 }
 
 Result<std::vector<HypothesisAnswer>> HypothesesOf(const Snapshot& snapshot,
-                                                   ReconstructionId reconstruction) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> all, snapshot.ListHypotheses());
+                                                   ReconstructionId reconstruction,
+                                                   const Sight& sight) {
+  const Visibility visibility(snapshot, sight);
   std::vector<HypothesisAnswer> answers;
+  if (!visibility.SeesWhole()) return answers;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> all, snapshot.ListHypotheses());
   for (const HypothesisRecord& record : all) {
     const bool is_wanted =
         !reconstruction.valid() || record.a == reconstruction || record.b == reconstruction;
-    if (is_wanted) answers.push_back(ToAnswer(record));
+    if (!is_wanted) continue;
+    HypothesisAnswer& answer = answers.emplace_back(ToAnswer(record));
+    VEDUTA_RETURN_IF_ERROR(DropUnseen(visibility, &answer));
   }
   return answers;
 }

@@ -16,10 +16,10 @@ namespace veduta {
 // The camera of that name. kNotFound lists those there are.
 Result<CameraRecord> FindCamera(const Snapshot& snapshot, const std::string& name);
 
-// `unsure` is shared by all who ask; so is that of the next. Images that are out of sight are left
-// out of the answers that name others.
+// `unsure` is shared by all who ask; so is that of the next. Images and reconstructions that are
+// out of sight are left out of the answers; counts are those of all of the city.
 Result<StatusAnswer> StatusOf(const Snapshot& snapshot, const DatabaseSizes& sizes,
-                              UnsureCache* unsure);
+                              UnsureCache* unsure, const Sight& sight = {});
 Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& image,
                                   UnsureCache* unsure, const Sight& sight = {});
 // Verified neighbours, most matches first, then ascending images.
@@ -28,9 +28,11 @@ Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageI
 // What the dense pass has made of it is counted too: O(its depth maps and tiles).
 Result<ReconstructionAnswer> ReconstructionAnswerOf(const Snapshot& snapshot,
                                                     const ReconstructionRecord& record);
-// Those of a reconstruction, or all where it is not valid(); ascending ids.
+// Those of a reconstruction, or all where it is not valid(); ascending ids. None to who sees a part
+// of the city alone, since each is about two reconstructions.
 Result<std::vector<HypothesisAnswer>> HypothesesOf(const Snapshot& snapshot,
-                                                   ReconstructionId reconstruction);
+                                                   ReconstructionId reconstruction,
+                                                   const Sight& sight = {});
 Result<std::vector<CameraAnswer>> CamerasOf(const Snapshot& snapshot);
 Result<std::vector<ForbiddenAnswer>> ForbiddenOf(const Snapshot& snapshot);
 Result<std::vector<JournalAnswer>> JournalOf(const Snapshot& snapshot, uint64_t first,

@@ -24,6 +24,16 @@ Result<bool> Visibility::IsInScope(const ImageRecord& image) const {
   return pose->reconstruction == end;
 }
 
+Result<bool> Visibility::IsOnTheWay(ReconstructionId reconstruction) const {
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId end, MergedEnd(snapshot_, sight_.reconstruction));
+  for (ReconstructionId at = sight_.reconstruction; at != end;) {
+    if (at == reconstruction) return true;
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, snapshot_.GetReconstruction(at));
+    at = record.merged_into;
+  }
+  return reconstruction == end;
+}
+
 Result<bool> Visibility::Sees(const ImageRecord& image) const {
   if (SeesAll()) return true;
   VEDUTA_ASSIGN_OR_RETURN(const bool is_in_scope, IsInScope(image));
@@ -46,11 +56,7 @@ Result<bool> Visibility::Sees(ImageId image) const {
 
 Result<bool> Visibility::Sees(ReconstructionId reconstruction) const {
   if (SeesWhole()) return true;
-  if (sight_.reconstruction.valid()) {
-    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionId end,
-                            MergedEnd(snapshot_, sight_.reconstruction));
-    return reconstruction == end;
-  }
+  if (sight_.reconstruction.valid()) return IsOnTheWay(reconstruction);
   bool is_found = false;
   Status failure;
   VEDUTA_RETURN_IF_ERROR(snapshot_.contributing().ScanContributedPhotos(

@@ -23,8 +23,9 @@ class Visibility final {
   // One that was removed is seen unless it was hidden before.
   Result<bool> Sees(ImageId image) const;
   Result<bool> SeesContribution(uint32_t number) const;
-  // Where only a part of the photos is seen, those that one of these has a pose in are. O(photos of
-  // a contribution) where that is the part.
+  // Where only a part of the photos is seen, those that one of these has a pose in are, and where
+  // the part is a reconstruction, also those that it was merged through. O(photos of the
+  // contribution) where one is the part.
   Result<bool> Sees(ReconstructionId reconstruction) const;
 
   // Takes out of the answers what must not be told; `id_of` says which image, or reconstruction, an
@@ -47,6 +48,8 @@ class Visibility final {
 
  private:
   Result<bool> IsInScope(const ImageRecord& image) const;
+  // Whether it is the reconstruction that is seen, what that was merged into, or between the two.
+  Result<bool> IsOnTheWay(ReconstructionId reconstruction) const;
 
   const Snapshot& snapshot_;
   const Sight sight_;

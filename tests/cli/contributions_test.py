@@ -155,7 +155,8 @@ class Contributions(Case):
 
             self.assertEqual(code('POST', '/v1/contributions', {}), 401)
             self.assertEqual(code('POST', '/v1/contributions', {}, viewer), 403)
-            self.assertEqual(code('POST', '/v1/contributions', {'contributor': 'bela'}, anna), 400)
+            self.assertEqual(code('POST', '/v1/contributions', {'contributor': 'bela'}, anna), 403)
+            self.assertEqual(code('POST', '/v1/contributions', {'coment': 'x'}, anna), 400)
             self.assertEqual(self.open(daemon, anna), 1)
             self.assertEqual(self.post(daemon, '1.jpg', photo(1), 1, anna), 201)
             self.assertEqual(self.post(daemon, '2.jpg', photo(2), 1, bela), 400)

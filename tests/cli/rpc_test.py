@@ -146,6 +146,22 @@ class Asking(Rpc):
         self.fails(404, '77', list, self.city.points(77))
         self.fails(404, '0', list, self.city.points(0))
 
+    def test_a_link_for_a_part_shows_no_other_reconstruction(self):
+        db = new_database('parts')
+        must('add', db, '--camera', 'c', *(at('street', 'photos', name_of(n)) for n in NUMBERS))
+        admin = must('token', 'create', db, 'ada', '--role', 'admin').strip()
+        daemon = self.serve(db)
+        code, _, body = daemon.ask('POST', '/v1/contributions', '{}', {
+            'Content-Type': 'application/json', 'Authorization': 'Bearer ' + admin})
+        self.assertEqual(code, 201, body)
+        number = str(json.loads(body)['contribution'])
+        link = must('token', 'link', db, 'x', '--contribution', number).strip().split('=')[1]
+        whole, part_alone = self.connect(daemon, admin), self.connect(daemon, link)
+        first = whole.reconstructions().reconstructions[0]
+        self.assertTrue(list(whole.points(first.id)))
+        self.assertEqual(part_alone.reconstructions().reconstructions, [])
+        self.fails(404, 'no reconstruction', list, part_alone.points(first.id))
+
     def test_a_photo_is_asked_about_and_not_stored(self):
         digest = must('digest', WHOLE)
         code, _, body = self.daemon.ask('POST', '/v1/localize?camera=c', photo(5), JPEG)

@@ -81,7 +81,10 @@ class Tokens(Case):
         db = new_database('beside')
         with Daemon(db) as daemon:
             self.assertEqual(self.code(daemon, 'GET', '/v1/status'), 200)
+            proxied = {'Host': 'city.example'}
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status', None, None, proxied), 403)
             token = make(db, 'anna', 'viewer', '--days', '3')
+            self.assertEqual(self.code(daemon, 'GET', '/v1/status', token, None, proxied), 200)
             self.assertEqual(self.code(daemon, 'GET', '/v1/status'), 401)
             self.assertEqual(self.code(daemon, 'GET', '/v1/status', token), 200)
             must('add', db, '--camera', 'c', at('street', 'photos', 'photo0003.jpg'))  # the owner
@@ -95,6 +98,9 @@ class Tokens(Case):
         self.refused(2, 'viewer, contributor, curator or admin', 'token', 'create', db, 'x',
                      '--role', 'king')
         self.refused(2, 'name', 'token', 'create', db, '')
+        self.refused(2, 'control characters', 'token', 'create', db, 'an\nna')
+        self.refused(1, 'control characters', 'camera', 'add', db, 'a\x1b[1m', '--size', SIZE,
+                     '--params', '400,400,256,192')
 
     def test_a_link_lets_whoever_has_it_read_until_it_ends(self):
         db = new_database('links')

@@ -171,6 +171,7 @@ class GatekeeperTest : public testing::Test {
 
 TEST_F(GatekeeperTest, NobodyIsAskedBeforeThereIsAToken) {
   EXPECT_FALSE(gatekeeper_.asks_for_tokens());
+  EXPECT_FALSE(gatekeeper_.has_tokens());
   for (const Asked& asked : AllRoutes()) {
     EXPECT_EQ(Ask(asked), asked.is_for_owner ? 403u : 0u) << asked.path.back();
     HttpRequest request;
@@ -183,6 +184,7 @@ TEST_F(GatekeeperTest, WhatWasNotReadIsReadByTheNextRequest) {
   const Asked status = {"GET", {"v1", "status"}, 1};
   Gatekeeper unread;
   EXPECT_TRUE(unread.asks_for_tokens());
+  EXPECT_FALSE(unread.has_tokens()) << "nobody knows by now";
   HttpRequest request;
   request.method = status.method;
   request.path = status.path;
@@ -203,6 +205,7 @@ TEST_F(GatekeeperTest, EveryRoleAgainstEveryRoute) {
                                 Make("c", Role::kContributor).text, Make("k", Role::kCurator).text,
                                 Make("a", Role::kAdmin).text};
   EXPECT_TRUE(gatekeeper_.asks_for_tokens());
+  EXPECT_TRUE(gatekeeper_.has_tokens());
   for (const Asked& asked : AllRoutes()) {
     for (int role = 0; role <= 4; ++role) {
       const uint32_t wanted = role >= asked.role ? 0 : role == 0 ? 401 : 403;

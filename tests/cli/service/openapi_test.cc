@@ -47,6 +47,33 @@ TEST(OpenApi, TellsWhomARouteAnswers) {
   EXPECT_TRUE(paths["/v1/photos"].contains("get"));
 }
 
+TEST(OpenApi, TellsEverySuccessAndTheHeadersThatAreRead) {
+  const Json document = OpenApi(ListRoutes());
+  const Json& paths = document["paths"];
+  const auto has_header = [](const Json& operation, const std::string& name) {
+    for (const Json& parameter : operation.value("parameters", Json::array()))
+      if (parameter["in"] == "header" && parameter["name"] == name) return true;
+    return false;
+  };
+  const Json& send = paths["/v1/photos"]["post"];
+  for (const char* code : {"200", "201", "202"})
+    EXPECT_TRUE(send["responses"][code]["content"].contains("application/json")) << code;
+  EXPECT_TRUE(has_header(send, "Prefer"));
+  const Json& list = paths["/v1/photos"]["get"];
+  EXPECT_TRUE(list["responses"].contains("304"));
+  EXPECT_FALSE(list["responses"].contains("206"));
+  EXPECT_TRUE(has_header(list, "If-None-Match"));
+  const Json& points = paths["/v1/reconstructions/{reconstruction}/points"]["get"];
+  EXPECT_TRUE(points["responses"]["206"]["content"].contains("application/octet-stream"));
+  EXPECT_TRUE(has_header(points, "Range"));
+  EXPECT_FALSE(paths["/v1/status"]["get"]["responses"].contains("304"));
+  EXPECT_TRUE(has_header(paths["/v1/events"]["get"], "Last-Event-ID"));
+  EXPECT_FALSE(has_header(paths["/v1/events"]["get"], "Range"));
+  for (const char* name : {"Tus-Resumable", "Upload-Length", "Upload-Metadata", "Upload-Checksum"})
+    EXPECT_TRUE(has_header(paths["/v1/tus"]["post"], name)) << name;
+  EXPECT_TRUE(has_header(paths["/v1/tus/{tus}"]["patch"], "Upload-Offset"));
+}
+
 TEST(OpenApi, OpenPartsAreCalledByWhatIsBeforeThem) {
   const CityRoute route = {"GET", {"v1", "photos", "*", "pose"}, {}, nullptr};
   EXPECT_EQ(PathTemplate(route), "/v1/photos/{photo}/pose");

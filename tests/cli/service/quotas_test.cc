@@ -72,6 +72,20 @@ TEST_F(QuotasTest, PhotosAndBytesADay) {
   EXPECT_EQ(Wait(quotas_.TakePhoto(Of(3), 1'000'000)), 86'400) << "more than there ever is";
 }
 
+TEST_F(QuotasTest, WhatIsGivenUpLaterIsGivenBackAsFarAsTheDayHasNotDoneIt) {
+  for (const double after_s : {0.0, 21'600.0, 43'200.0, 86'400.0, 1e6}) {
+    const auto token = static_cast<uint32_t>(1 + after_s);
+    EXPECT_EQ(Wait(quotas_.TakePhoto(Of(token), 24'000)), 0);
+    Pass(after_s);
+    quotas_.GivePhoto(Of(token), 24'000, after_s);
+    EXPECT_EQ(Wait(quotas_.TakePhoto(Of(token), 24'000)), 0) << "all is free after " << after_s;
+    EXPECT_NE(Wait(quotas_.TakePhoto(Of(token), 1)), 0) << "and no more than all";
+  }
+  EXPECT_EQ(Wait(quotas_.TakePhoto(Of(2), 24'000)), 0);
+  quotas_.GivePhoto(Of(2), 24'000, 43'200);
+  EXPECT_NE(Wait(quotas_.TakePhoto(Of(2), 12'001)), 0) << "the other half has filled, or will";
+}
+
 TEST_F(QuotasTest, ATokensOwnQuotaCounts) {
   EXPECT_EQ(Wait(quotas_.TakePhoto(Of(1, {1, 0, 0}), 10)), 0);
   EXPECT_EQ(Wait(quotas_.TakePhoto(Of(1, {1, 0, 0}), 10)), 86'400);

@@ -32,6 +32,42 @@ TEST(RequestParts, TextsOfObjects) {
     EXPECT_FALSE(OptionalNumber({{"contribution", wrong}}, "contribution", 9).ok()) << wrong;
 }
 
+HttpRequest WithBody(const std::string& body) {
+  HttpRequest request;
+  request.body.assign(body.begin(), body.end());
+  return request;
+}
+
+TEST(RequestParts, BodiesAreObjectsOfSomeBytesAndSomeDepth) {
+  EXPECT_EQ((*JsonObjectOf(WithBody(R"({"a": [1, {"b": 2}]})")))["a"][1]["b"], 2);
+  for (const char* wrong : {"", "7", "[]", "{", R"({"a": })", "{} {}"})
+    EXPECT_EQ(JsonObjectOf(WithBody(wrong)).status().code(), StatusCode::kInvalidArgument) << wrong;
+  const HttpRequest large = WithBody("{" + std::string(98, ' ') + "}");
+  EXPECT_OK(JsonObjectOf(large, 100));
+  EXPECT_FALSE(RefuseLargeJson(large, 100));
+  EXPECT_EQ(JsonObjectOf(large, 99).status().code(), StatusCode::kInvalidArgument);
+  ASSERT_TRUE(RefuseLargeJson(large, 99));
+  EXPECT_EQ(RefuseLargeJson(large, 99)->code, 413u);
+  const auto nested = [](size_t depth) {
+    return WithBody(R"({"a": )" + std::string(depth - 1, '[') + std::string(depth - 1, ']') + "}");
+  };
+  EXPECT_OK(JsonObjectOf(nested(16)));
+  for (const size_t depth : {17u, 1'000u, 100'000u}) {
+    const Status deep = JsonObjectOf(nested(depth)).status();
+    EXPECT_EQ(deep.code(), StatusCode::kInvalidArgument);
+    EXPECT_NE(deep.message().find("in each other"), std::string::npos) << deep.message();
+  }
+  EXPECT_FALSE(JsonObjectOf(WithBody(R"({"a": )" + std::string(1'000, '['))).ok());
+}
+
+TEST(RequestParts, MembersThatNobodyReadsAreRefused) {
+  EXPECT_OK(RefuseOthers(Json::object(), {}));
+  EXPECT_OK(RefuseOthers({{"a", 1}}, {"a", "b"}));
+  const Status refused = RefuseOthers({{"a", 1}, {"c", 1}}, {"a", "b"});
+  EXPECT_EQ(refused.code(), StatusCode::kInvalidArgument);
+  EXPECT_NE(refused.message().find("'c'"), std::string::npos);
+}
+
 TEST(RequestParts, WhoAsks) {
   HttpRequest request;
   EXPECT_EQ(*ActorOf({{"actor", "anna"}}, request), "anna");

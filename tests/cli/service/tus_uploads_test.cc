@@ -75,6 +75,32 @@ TEST_F(TusUploadsTest, NobodyHasMoreOnTheWayThanMayBe) {
   IdIn(Begin(1'000, 7));
 }
 
+// What was announced and given up is free again, and what was sent is not.
+TEST_F(TusUploadsTest, WhatIsGivenUpCountsInNoQuota) {
+  HttpRequest mine;
+  mine.token_number = 7;
+  mine.quota = {2, 5'000, 0};
+  const auto begin = [&](uint64_t length) {
+    HttpRequest request = mine;
+    request.headers["Upload-Length"] = std::to_string(length);
+    request.headers["Upload-Metadata"] = "filename MS5qcGc=,camera c3RyZWV0";
+    return Ask("POST", "", std::move(request));
+  };
+  for (int i = 0; i < 5; ++i) {
+    const std::string id = IdIn(begin(4'000));
+    EXPECT_EQ(begin(4'000).code, 429u) << "the bytes are used up";
+    EXPECT_EQ(Send(id, 0, {1}, 7).code, 204u);
+    EXPECT_EQ(Ask("DELETE", id, mine).code, 204u);
+    EXPECT_EQ(Ask("DELETE", id, mine).code, 404u) << "once";
+  }
+  const std::string sent = IdIn(begin(10));
+  EXPECT_EQ(Send(sent, 0, std::vector<uint8_t>(10, 1), 7).code, 204u);
+  EXPECT_EQ(Ask("DELETE", sent, mine).code, 204u);
+  while (intake_.counts().waiting > 0) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  IdIn(begin(10));
+  EXPECT_EQ(begin(10).code, 429u) << "the photo that is in line counts";
+}
+
 TEST_F(TusUploadsTest, AnUploadIsItsTokensOwn) {
   const std::string id = IdIn(Begin(1'000, 7));
   for (const uint32_t other : {0u, 8u}) EXPECT_EQ(Send(id, 0, {1}, other).code, 404u);
