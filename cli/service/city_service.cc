@@ -153,6 +153,7 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
       cameras_(engine_.get(), &intake_,
                [this](const Status& failure) { disk_.NoteFailure(failure); }),
       owner_commands_(engine_.get(), &dense_, &cameras_, options.dense.request.cache_folder),
+      removals_(engine_.get(), &dense_),
       commands_at_work_(kCommandsMax),
       settler_([this, followed = std::move(listeners.followed)](std::stop_token stop) {
         SettleNowAndThen(std::move(stop), followed);
@@ -314,6 +315,7 @@ HttpAnswer CityService::AnswerOfItself(const HttpRequest& request) {
   const std::string& asked = request.path.back();
   if (request.path.front() == "v1") {
     if (request.path[1] == "dense") return AnswerOnDense(asked);
+    if (request.path[1] != "uploads") return removals_.Answer(request);
     const Result<uint64_t> upload = UploadNumber(asked);
     return upload.ok() ? AnswerOnUpload(*upload, request.sight) : ProblemOf(upload.status());
   }
@@ -380,10 +382,6 @@ HttpAnswer CityService::Metrics() const {
 
 HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& match) {
   const CityRoute& route = *match.route;
-  std::optional<DenseKeeper::Rest> rest;
-  const bool is_removal =
-      request.path == std::vector<std::string>{"v1", "removals"} || request.method == "DELETE";
-  if (is_removal) rest.emplace(&dense_);  // which cannot go beside a pass
   if (IsReport(request)) {
     if (auto refusal = quotas_.TakeReport(request)) return *std::move(refusal);
   }
@@ -434,6 +432,7 @@ Result<CityEvents> CityService::EventsFrom(uint64_t first, const Sight& sight) c
 void CityService::Close() {
   intake_.Close();
   owner_commands_.Stop();
+  removals_.Stop();
   for (WorkLine* const line : {&short_work_, &long_work_, &commands_}) line->Close();
 }
 

@@ -26,6 +26,7 @@
 #include "cli/service/owner_commands.h"
 #include "cli/service/photo_intake.h"
 #include "cli/service/quotas.h"
+#include "cli/service/removals.h"
 #include "cli/service/request_log.h"
 #include "cli/service/tus_uploads.h"
 #include "cli/service/work_line.h"
@@ -165,6 +166,7 @@ class CityService final {
   DenseKeeper dense_;
   CameraKeeper cameras_;
   OwnerCommands owner_commands_;
+  Removals removals_;
   Budget commands_at_work_;
   std::condition_variable_any pause_;
   std::jthread settler_;
