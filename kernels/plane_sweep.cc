@@ -6,7 +6,8 @@
 
 namespace veduta {
 
-Result<CostVolume> SweepPlanes(const SweepProblem& problem, Device* device, ThreadPool& pool) {
+Result<CostVolume> SweepPlanes(const SweepProblem& problem, Device* device, ThreadPool& pool,
+                               const std::stop_token& stop) {
   VEDUTA_RETURN_IF_ERROR(problem.Check());
   const uint32_t plane_count = static_cast<uint32_t>(problem.planes.size());
   CostVolume volume{
@@ -14,9 +15,9 @@ Result<CostVolume> SweepPlanes(const SweepProblem& problem, Device* device, Thre
   volume.costs.assign(static_cast<size_t>(volume.width_px) * volume.height_px * volume.plane_stride,
                       kCostMax);
   if (device != nullptr) {
-    VEDUTA_RETURN_IF_ERROR(SweepPlanesOnDevice(problem, *device, &volume));
+    VEDUTA_RETURN_IF_ERROR(SweepPlanesOnDevice(problem, *device, stop, &volume));
   } else {
-    SweepPlanesReference(problem, pool, &volume);
+    VEDUTA_RETURN_IF_ERROR(SweepPlanesReference(problem, pool, stop, &volume));
   }
   return volume;
 }

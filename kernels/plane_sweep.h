@@ -3,6 +3,8 @@
 // What it costs to see a key view's pixel on a plane: census and gradient of the key view against
 // the warped sensor views'.
 
+#include <stop_token>
+
 #include "kernels/device.h"
 #include "kernels/sweep_problem.h"
 #include "storage/base/status.h"
@@ -21,7 +23,9 @@ namespace veduta {
 //
 // Computed on the device, or in C++ on the pool where the device is null, with the same bits.
 // O(pixels * planes * sensors) time. Thread-safe. kInvalidArgument as Check says, kIoError from the
-// device.
-Result<CostVolume> SweepPlanes(const SweepProblem& problem, Device* device, ThreadPool& pool);
+// device; kCancelled after a stop request, which is looked at every 16 planes on the device, and
+// every plane of 48 rows in C++.
+Result<CostVolume> SweepPlanes(const SweepProblem& problem, Device* device, ThreadPool& pool,
+                               const std::stop_token& stop = {});
 
 }  // namespace veduta

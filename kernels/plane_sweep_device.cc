@@ -41,6 +41,20 @@ std::vector<uint8_t> PadRows(const GrayView& view, uint32_t stride) {
   return padded;
 }
 
+// Waits for what was launched where somebody may ask to stop: otherwise all would be launched before
+// it is looked whether somebody did.
+bool IsStopped(OpenClDevice& parts, const std::stop_token& stop) {
+  if (stop.stop_possible()) parts.queue.finish();
+  return stop.stop_requested();
+}
+
+// Of work on the device that has ended, with what it says, or was stopped.
+Status EndOf(const Status& done, const std::stop_token& stop) {
+  if (done.ok() && stop.stop_requested())
+    return Status::Cancelled("the work on the device was stopped on request");
+  return done;
+}
+
 struct Kernels {
   cl::Kernel warp, cost, scan, choose;
 };
@@ -98,7 +112,7 @@ SweepBuffers UploadSweep(OpenClDevice& parts, const SweepProblem& problem) {
 }
 
 void EnqueueSweep(OpenClDevice& parts, const SweepProblem& problem, Kernels& kernels,
-                  const cl::Buffer& costs) {
+                  const std::stop_token& stop, const cl::Buffer& costs) {
   const SweepBuffers buffers = UploadSweep(parts, problem);
   const cl_int width = static_cast<cl_int>(problem.key.width_px),
                height = static_cast<cl_int>(problem.key.height_px),
@@ -107,6 +121,7 @@ void EnqueueSweep(OpenClDevice& parts, const SweepProblem& problem, Kernels& ker
                has_base = problem.base.empty() ? 0 : 1;
   const uint32_t plane_stride = PlaneStride(static_cast<uint32_t>(problem.planes.size()));
   for (uint32_t first = 0; first < plane_stride; first += kPlaneBlock) {
+    if (IsStopped(parts, stop)) return;
     const cl_int first_plane = static_cast<cl_int>(first);
     for (size_t s = 0; s < problem.sensors.size(); ++s) {
       const GrayView& image = problem.sensors[s].image;
@@ -130,7 +145,7 @@ void EnqueueSweep(OpenClDevice& parts, const SweepProblem& problem, Kernels& ker
 
 void ScanAndRead(OpenClDevice& parts, const GrayView& key, uint32_t plane_count,
                  const ScanlineOptions& options, Kernels& kernels, const cl::Buffer& costs,
-                 PlaneChoice* choice) {
+                 const std::stop_token& stop, PlaneChoice* choice) {
   const uint32_t width = key.width_px, height = key.height_px;
   const size_t pixels = static_cast<size_t>(width) * height;
   const cl_int blocks = static_cast<cl_int>(PlaneStride(plane_count) / kPlaneBlock);
@@ -140,6 +155,7 @@ void ScanAndRead(OpenClDevice& parts, const GrayView& key, uint32_t plane_count,
   const cl::Buffer sums(parts.context, CL_MEM_READ_WRITE,
                         pixels * PlaneStride(plane_count) * sizeof(uint16_t));
   for (const ScanDirection& direction : kScanDirectionTable) {
+    if (IsStopped(parts, stop)) return;
     const cl_int is_first = &direction == std::begin(kScanDirectionTable) ? 1 : 0;
     SetArguments(kernels.scan, costs, gray, penalty_large,
                  static_cast<cl_uchar>(options.penalty_small), static_cast<cl_int>(width),
@@ -172,38 +188,42 @@ size_t VolumeBytes(const GrayView& key, uint32_t plane_count) {
 
 }  // namespace
 
-Status SweepPlanesOnDevice(const SweepProblem& problem, Device& device, CostVolume* volume) {
+Status SweepPlanesOnDevice(const SweepProblem& problem, Device& device, const std::stop_token& stop,
+                           CostVolume* volume) {
   Kernels kernels;
   VEDUTA_RETURN_IF_ERROR(MakeSweepKernels(device, &kernels));
-  return WithOpenCl(device, "plane sweep", [&](OpenClDevice& parts) {
+  const Status done = WithOpenCl(device, "plane sweep", [&](OpenClDevice& parts) {
     const cl::Buffer costs(parts.context, CL_MEM_READ_WRITE, volume->costs.size());
-    EnqueueSweep(parts, problem, kernels, costs);
+    EnqueueSweep(parts, problem, kernels, stop, costs);
     parts.queue.enqueueReadBuffer(costs, CL_TRUE, 0, volume->costs.size(), volume->costs.data());
   });
+  return EndOf(done, stop);
 }
 
 Status ChoosePlanesOnDevice(const CostVolume& volume, const GrayView& key,
-                            const ScanlineOptions& options, Device& device, PlaneChoice* choice) {
+                            const ScanlineOptions& options, Device& device,
+                            const std::stop_token& stop, PlaneChoice* choice) {
   Kernels kernels;
   VEDUTA_RETURN_IF_ERROR(MakeScanKernels(device, &kernels));
-  return WithOpenCl(device, "scanline optimisation", [&](OpenClDevice& parts) {
+  const Status done = WithOpenCl(device, "scanline optimisation", [&](OpenClDevice& parts) {
     const cl::Buffer costs = Upload(parts, volume.costs.data(), volume.costs.size());
-    ScanAndRead(parts, key, volume.plane_count, options, kernels, costs, choice);
+    ScanAndRead(parts, key, volume.plane_count, options, kernels, costs, stop, choice);
   });
+  return EndOf(done, stop);
 }
 
 Status SweepAndChooseOnDevice(const SweepProblem& problem, const ScanlineOptions& options,
-                              Device& device, PlaneChoice* choice) {
+                              Device& device, const std::stop_token& stop, PlaneChoice* choice) {
   Kernels kernels;
   VEDUTA_RETURN_IF_ERROR(MakeSweepKernels(device, &kernels));
   VEDUTA_RETURN_IF_ERROR(MakeScanKernels(device, &kernels));
-  return WithOpenCl(device, "plane sweep and scanline optimisation", [&](OpenClDevice& parts) {
-    const cl::Buffer costs(parts.context, CL_MEM_READ_WRITE,
-                           VolumeBytes(problem.key, static_cast<uint32_t>(problem.planes.size())));
-    EnqueueSweep(parts, problem, kernels, costs);
-    ScanAndRead(parts, problem.key, static_cast<uint32_t>(problem.planes.size()), options, kernels,
-                costs, choice);
-  });
+  const auto plane_count = static_cast<uint32_t>(problem.planes.size());
+  const auto sweep_and_choose = [&](OpenClDevice& parts) {
+    const cl::Buffer costs(parts.context, CL_MEM_READ_WRITE, VolumeBytes(problem.key, plane_count));
+    EnqueueSweep(parts, problem, kernels, stop, costs);
+    ScanAndRead(parts, problem.key, plane_count, options, kernels, costs, stop, choice);
+  };
+  return EndOf(WithOpenCl(device, "plane sweep and scanline optimisation", sweep_and_choose), stop);
 }
 
 }  // namespace veduta

@@ -135,8 +135,9 @@ class BandSweeper final {
     }
   }
 
-  void Sweep() {
-    for (uint32_t plane = 0; plane < problem_.planes.size(); ++plane) {
+  // Leaves costs unwritten after a stop request.
+  void Sweep(const std::stop_token& stop) {
+    for (uint32_t plane = 0; plane < problem_.planes.size() && !stop.stop_requested(); ++plane) {
       if (problem_.planes[plane].is_gap()) continue;
       Warp(problem_.planes[plane]);
       for (uint32_t y = begin_; y < end_; ++y) Compare(plane, y);
@@ -193,12 +194,16 @@ class BandSweeper final {
 
 }  // namespace
 
-void SweepPlanesReference(const SweepProblem& problem, ThreadPool& pool, CostVolume* volume) {
+Status SweepPlanesReference(const SweepProblem& problem, ThreadPool& pool,
+                            const std::stop_token& stop, CostVolume* volume) {
   const uint32_t height = problem.key.height_px;
   pool.ParallelFor((height + kBandRows - 1) / kBandRows, [&](size_t band) {
+    if (stop.stop_requested()) return;
     const uint32_t begin = static_cast<uint32_t>(band) * kBandRows;
-    BandSweeper(problem, volume, begin, std::min(begin + kBandRows, height)).Sweep();
+    BandSweeper(problem, volume, begin, std::min(begin + kBandRows, height)).Sweep(stop);
   });
+  return stop.stop_requested() ? Status::Cancelled("the plane sweep was stopped on request")
+                               : Status::Ok();
 }
 
 }  // namespace veduta

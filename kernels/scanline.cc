@@ -43,30 +43,31 @@ Status CheckVolume(const CostVolume& volume, const GrayView& key) {
 }  // namespace
 
 Result<PlaneChoice> ChoosePlanes(const CostVolume& volume, const GrayView& key,
-                                 const ScanlineOptions& options, Device* device, ThreadPool& pool) {
+                                 const ScanlineOptions& options, Device* device, ThreadPool& pool,
+                                 const std::stop_token& stop) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(CheckVolume(volume, key));
   PlaneChoice choice = EmptyChoice(static_cast<size_t>(volume.width_px) * volume.height_px);
   if (device != nullptr) {
-    VEDUTA_RETURN_IF_ERROR(ChoosePlanesOnDevice(volume, key, options, *device, &choice));
+    VEDUTA_RETURN_IF_ERROR(ChoosePlanesOnDevice(volume, key, options, *device, stop, &choice));
   } else {
-    ChoosePlanesReference(volume, key, options, pool, &choice);
+    VEDUTA_RETURN_IF_ERROR(ChoosePlanesReference(volume, key, options, pool, stop, &choice));
   }
   return choice;
 }
 
 Result<PlaneChoice> SweepAndChoose(const SweepProblem& problem, const ScanlineOptions& options,
-                                   Device* device, ThreadPool& pool) {
+                                   Device* device, ThreadPool& pool, const std::stop_token& stop) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(problem.Check());
   PlaneChoice choice =
       EmptyChoice(static_cast<size_t>(problem.key.width_px) * problem.key.height_px);
   if (device != nullptr) {
-    VEDUTA_RETURN_IF_ERROR(SweepAndChooseOnDevice(problem, options, *device, &choice));
+    VEDUTA_RETURN_IF_ERROR(SweepAndChooseOnDevice(problem, options, *device, stop, &choice));
     return choice;
   }
-  VEDUTA_ASSIGN_OR_RETURN(const CostVolume volume, SweepPlanes(problem, nullptr, pool));
-  ChoosePlanesReference(volume, problem.key, options, pool, &choice);
+  VEDUTA_ASSIGN_OR_RETURN(const CostVolume volume, SweepPlanes(problem, nullptr, pool, stop));
+  VEDUTA_RETURN_IF_ERROR(ChoosePlanesReference(volume, problem.key, options, pool, stop, &choice));
   return choice;
 }
 

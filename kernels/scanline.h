@@ -18,12 +18,15 @@ namespace veduta {
 //
 // O(pixels * planes) time. Memory: 2 bytes for each pixel and plane, besides the volume.
 // Thread-safe.
-// kInvalidArgument if sizes do not fit, kIoError from the device.
+// kInvalidArgument if sizes do not fit, kIoError from the device; kCancelled after a stop request,
+// which is looked at for each direction on the device, and for each line of pixels in C++.
 Result<PlaneChoice> ChoosePlanes(const CostVolume& volume, const GrayView& key,
-                                 const ScanlineOptions& options, Device* device, ThreadPool& pool);
+                                 const ScanlineOptions& options, Device* device, ThreadPool& pool,
+                                 const std::stop_token& stop = {});
 
 // SweepPlanes and ChoosePlanes, without the volume leaving the device.
 Result<PlaneChoice> SweepAndChoose(const SweepProblem& problem, const ScanlineOptions& options,
-                                   Device* device, ThreadPool& pool);
+                                   Device* device, ThreadPool& pool,
+                                   const std::stop_token& stop = {});
 
 }  // namespace veduta

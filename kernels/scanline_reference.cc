@@ -77,20 +77,25 @@ void ChoosePlane(const uint16_t* sum, uint32_t count, size_t pixel, PlaneChoice*
 
 }  // namespace
 
-void ChoosePlanesReference(const CostVolume& volume, const GrayView& key,
-                           const ScanlineOptions& options, ThreadPool& pool, PlaneChoice* choice) {
+Status ChoosePlanesReference(const CostVolume& volume, const GrayView& key,
+                             const ScanlineOptions& options, ThreadPool& pool,
+                             const std::stop_token& stop, PlaneChoice* choice) {
   std::vector<uint16_t> sums(volume.costs.size(), 0);
   for (const ScanDirection& direction : kScanDirectionTable) {
     // Lines of one direction share no pixel.
     pool.ParallelFor(direction.LineCount(volume.width_px, volume.height_px), [&](size_t line) {
+      if (stop.stop_requested()) return;
       RunScanline(volume, key, options, direction, static_cast<uint32_t>(line), sums.data());
     });
   }
   pool.ParallelFor(volume.height_px, [&](size_t y) {
+    if (stop.stop_requested()) return;
     for (size_t pixel = y * volume.width_px; pixel < (y + 1) * volume.width_px; ++pixel) {
       ChoosePlane(sums.data() + pixel * volume.plane_stride, volume.plane_count, pixel, choice);
     }
   });
+  return stop.stop_requested() ? Status::Cancelled("the scanline optimisation was stopped")
+                               : Status::Ok();
 }
 
 }  // namespace veduta

@@ -9,6 +9,11 @@ std::shared_ptr<BudgetShare> TakeOne(const std::shared_ptr<Budget>& budget, cons
   return share;
 }
 
+std::string Caller::asker() const {
+  if (session_->is_of_owner) return "owner";
+  return service().asks_for_tokens() ? token_ : "";
+}
+
 HttpRequest Caller::Check(const char* method, std::vector<std::string> path,
                           const std::string& contributor) const {
   HttpRequest request;

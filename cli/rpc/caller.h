@@ -79,24 +79,34 @@ class Caller final {
   HttpRequest Check(const char* method, std::vector<std::string> path,
                     const std::string& contributor = "") const;
 
-  // What `ask` says, by a thread that answers questions, while this one goes on. `ask` must hold
-  // all that it needs.
+  // What `ask` says, by a thread for such work, while this one goes on. `ask` must hold all that it
+  // needs. Long work of a call that was cancelled is not begun.
   template <typename T>
-  kj::Promise<T> Ask(std::function<Result<T>(Engine* engine)> ask) const {
+  kj::Promise<T> Ask(std::function<Result<T>(Engine* engine)> ask,
+                     WorkKind kind = WorkKind::kShort) const {
     auto call = TakeOne(session_->calls, "calls wait for their answers");
     // Beside the promise, of whose own value g++ 12 thinks that it may not be initialized.
     const auto answer = std::make_shared<std::optional<Result<T>>>();
     auto paf = kj::newPromiseAndCrossThreadFulfiller<bool>();
     const Sender<bool> sender(kj::mv(paf.fulfiller));
-    service().Run([sender, answer, ask = std::move(ask)](Engine* engine, const Status& refusal) {
-      answer->emplace(refusal.ok() ? CatchShortage("answer a call", [&] { return ask(engine); })
-                                   : Result<T>(refusal));
-      sender(true);
-    });
-    return paf.promise.then([call, answer](bool) { return ValueOrThrow(std::move(**answer)); });
+    const auto client = std::make_shared<ClientPresence>();
+    WorkOwner owner{asker()};
+    if (kind == WorkKind::kLong) owner.client = client;
+    service().Run(
+        kind, std::move(owner),
+        [sender, answer, ask = std::move(ask)](Engine* engine, const Status& refusal) {
+          answer->emplace(refusal.ok() ? CatchShortage("answer a call", [&] { return ask(engine); })
+                                       : Result<T>(refusal));
+          sender(true);
+        });
+    return paf.promise.then([call, answer](bool) { return ValueOrThrow(std::move(**answer)); })
+        .attach(kj::defer([client] { client->Leave(); }));
   }
 
  private:
+  // Who takes turns with others, as AskerOf has it of HTTP.
+  std::string asker() const;
+
   std::shared_ptr<RpcSession> session_;
   std::string token_;
 };

@@ -142,17 +142,19 @@ kj::Promise<void> CityServer::points(PointsContext context) {
   if (number == 0) kj::throwFatalException(Failure(404, "there is no reconstruction 0"));
   auto share = std::make_shared<BudgetShare>(caller_.session().shared.bytes);
   return caller_
-      .Ask<FoundPoints>([number, share, sight](Engine* engine) -> Result<FoundPoints> {
-        const Questions ask = engine->Ask(sight);
-        const ReconstructionId id(number);
-        // Room is asked for before the memory is taken.
-        VEDUTA_ASSIGN_OR_RETURN(const ReconstructionAnswer known, ask.Reconstruction(id));
-        if (!share->Grow(known.points * (sizeof(std::array<float, 3>) + 3)))
-          return Status::Busy("the points that are being read fill the memory");
-        VEDUTA_ASSIGN_OR_RETURN(auto cloud, ask.Points(id));
-        return FoundPoints{std::make_shared<HeldPoints>(HeldPoints{std::move(cloud), share}),
-                           ask.snapshot()};
-      })
+      .Ask<FoundPoints>(
+          [number, share, sight](Engine* engine) -> Result<FoundPoints> {
+            const Questions ask = engine->Ask(sight);
+            const ReconstructionId id(number);
+            // Room is asked for before the memory is taken.
+            VEDUTA_ASSIGN_OR_RETURN(const ReconstructionAnswer known, ask.Reconstruction(id));
+            if (!share->Grow(known.points * (sizeof(std::array<float, 3>) + 3)))
+              return Status::Busy("the points that are being read fill the memory");
+            VEDUTA_ASSIGN_OR_RETURN(auto cloud, ask.Points(id));
+            return FoundPoints{std::make_shared<HeldPoints>(HeldPoints{std::move(cloud), share}),
+                               ask.snapshot()};
+          },
+          WorkKind::kLong)
       .then([this, context](FoundPoints found) mutable {
         auto results = context.getResults();
         results.setCount(found.points->cloud.positions.size());

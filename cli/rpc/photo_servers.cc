@@ -123,16 +123,19 @@ kj::Promise<void> ExaminationServer::localize(LocalizeContext context) {
   const Sight sight = caller_.Check("POST", {"v1", "localize"}).sight;
   using Answer = OfSnapshot<LocalizedPhoto>;
   return caller_
-      .Ask<Answer>([photo = Photo(), camera = TextOf(context.getParams().getCamera()),
-                    sight](Engine* engine) -> Result<Answer> {
-        const Questions ask = engine->Ask(sight);
-        const LocalizeRequest request{photo(), camera};
-        Answer answer{{}, ask.snapshot()};
-        VEDUTA_RETURN_IF_ERROR(ask.Localize(
-            {&request, 1}, [&](const LocalizedPhoto& localized) { answer.answer = localized; }));
-        VEDUTA_RETURN_IF_ERROR(answer.answer.failure);
-        return answer;
-      })
+      .Ask<Answer>(
+          [photo = Photo(), camera = TextOf(context.getParams().getCamera()),
+           sight](Engine* engine) -> Result<Answer> {
+            const Questions ask = engine->Ask(sight);
+            const LocalizeRequest request{photo(), camera};
+            Answer answer{{}, ask.snapshot()};
+            VEDUTA_RETURN_IF_ERROR(
+                ask.Localize({&request, 1},
+                             [&](const LocalizedPhoto& localized) { answer.answer = localized; }));
+            VEDUTA_RETURN_IF_ERROR(answer.answer.failure);
+            return answer;
+          },
+          WorkKind::kLong)
       .then([context](const Answer& answer) mutable {
         Write(answer.answer, context.getResults().initLocalized());
         context.getResults().setSnapshot(answer.snapshot);
@@ -148,12 +151,14 @@ kj::Promise<void> ExaminationServer::candidates(CandidatesContext context) {
     kj::throwFatalException(Failure(400, "at most 100000 candidates are told"));
   using Answer = OfSnapshot<std::vector<NeighborAnswer>>;
   return caller_
-      .Ask<Answer>([photo = Photo(), camera = TextOf(params.getCamera()), count,
-                    sight](Engine* engine) -> Result<Answer> {
-        const Questions ask = engine->Ask(sight);
-        VEDUTA_ASSIGN_OR_RETURN(auto ranked, ask.Rank(photo(), camera, count));
-        return Answer{std::move(ranked), ask.snapshot()};
-      })
+      .Ask<Answer>(
+          [photo = Photo(), camera = TextOf(params.getCamera()), count,
+           sight](Engine* engine) -> Result<Answer> {
+            const Questions ask = engine->Ask(sight);
+            VEDUTA_ASSIGN_OR_RETURN(auto ranked, ask.Rank(photo(), camera, count));
+            return Answer{std::move(ranked), ask.snapshot()};
+          },
+          WorkKind::kLong)
       .then([context](const Answer& answer) mutable {
         const auto size = static_cast<unsigned>(answer.answer.size());
         Write(answer.answer, context.getResults().initCandidates(size));

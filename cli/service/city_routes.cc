@@ -23,7 +23,6 @@
 #include "cli/wire/answers_json.h"
 #include "cli/wire/earth_json.h"
 #include "cli/wire/place_text.h"
-#include "cli/wire/removal_json.h"
 
 namespace veduta {
 namespace {
@@ -35,9 +34,6 @@ constexpr uint64_t kCandidatesMax = 100'000, kCandidatesDefault = 20;
 
 // Photos in one answer, at most and by default; sides of small pictures, px. Chosen by hand.
 constexpr uint64_t kPhotosCountMax = 1000, kThumbnailSide = 256, kThumbnailSideMin = 16;
-
-// Of what is to be removed, which may be a long list of photos. Chosen by hand.
-constexpr size_t kRemovalBytesMax = 4 << 20;
 
 template <typename T>
 HttpAnswer AnswerOf(const Result<T>& result) {
@@ -177,32 +173,6 @@ HttpAnswer LocalizePhoto(Engine* engine, const HttpRequest& request, const PathA
                                         : ProblemOf(localized.failure);
       });
   return done.ok() ? answer : ProblemOf(done);
-}
-
-Result<RemoveAnswer> RemoveOf(Engine* engine, const HttpRequest& request) {
-  VEDUTA_ASSIGN_OR_RETURN(const Json json, JsonObjectOf(request, kRemovalBytesMax));
-  RemoveRequest wanted;
-  const Json photos = json.value("photos", Json::array());
-  if (!photos.is_array()) return Status::InvalidArgument("'photos' is no array");
-  for (const Json& photo : photos) {
-    if (!photo.is_string()) return Status::InvalidArgument("'photos' has what is no text");
-    wanted.photos.push_back(photo.get<std::string>());
-  }
-  VEDUTA_ASSIGN_OR_RETURN(wanted.contributor, OptionalText(json, "contributor"));
-  VEDUTA_ASSIGN_OR_RETURN(
-      const uint64_t contribution,
-      OptionalNumber(json, "contribution", std::numeric_limits<uint32_t>::max()));
-  wanted.contribution = static_cast<uint32_t>(contribution);
-  VEDUTA_ASSIGN_OR_RETURN(wanted.actor, ActorOf(json, request));
-  VEDUTA_ASSIGN_OR_RETURN(wanted.why, OptionalText(json, "why"));
-  VEDUTA_ASSIGN_OR_RETURN(RemoveAnswer removed, engine->Remove(wanted));
-  engine->Settle().IgnoreBecause("the daemon settles again in a while, and tells of failures then");
-  return removed;
-}
-
-HttpAnswer RemovePhotos(Engine* engine, const HttpRequest& request, const PathArguments&) {
-  if (auto refusal = RefuseLargeJson(request, kRemovalBytesMax)) return *std::move(refusal);
-  return AnswerOf(RemoveOf(engine, request));
 }
 
 Result<ForbidRequest> StatementOf(const HttpRequest& request) {
@@ -397,7 +367,7 @@ std::vector<CityRoute> RoutesOfCity() {
        true},
       {"GET", {"v1", "hypotheses"}, {}, ListHypotheses, true},
       {"GET", {"v1", "journal"}, {"from", "count"}, GetJournal, true},
-      {"POST", {"v1", "removals"}, {}, RemovePhotos, false, false, kCurates, true},
+      {"POST", {"v1", "removals"}, {}, nullptr, false, false, kCurates, true},
       {"POST", {"v1", "forbidden"}, {}, StateFact<&Engine::Forbid>, false, false, kCurates, true},
       {"POST", {"v1", "allowed"}, {}, StateFact<&Engine::Allow>, false, false, kCurates, true},
   };

@@ -27,6 +27,9 @@ constexpr uint32_t kEventsMax = 256;
 // Damages that are told while the daemon runs. Chosen by hand.
 constexpr size_t kDamagesMax = 1000;
 
+// Commands (WorkKind) that are at work at the same time. Chosen by hand.
+constexpr uint32_t kCommandsMax = 2;
+
 std::string RandomName() {
   std::random_device random;
   return std::to_string((uint64_t{random()} << 32) | random());
@@ -47,6 +50,30 @@ HttpAnswer AnswerOfRoute(Engine* engine, const HttpRequest& request, const Route
   HttpAnswer answer = match.route->answer(engine, request, match.arguments);
   if (answer.code != 503 || request.method != "GET") return answer;
   return match.route->answer(engine, request, match.arguments);
+}
+
+// Why a task is not done.
+Status RefusalOf(WorkTurn turn) {
+  switch (turn) {
+    case WorkTurn::kCome:
+      return Status::Ok();
+    case WorkTurn::kClientGone:
+      return Status::Cancelled("nobody waited for it when its turn came");
+    case WorkTurn::kClosed:
+      return Status::Busy("the daemon is closing: ask again in a while");
+    case WorkTurn::kFull:
+      return Status::Busy("too many questions wait: ask again in a while");
+    case WorkTurn::kFullOfOne:
+      return Status::Busy("too many questions of yours wait: ask again when they are answered");
+  }
+  return Status::Ok();
+}
+
+HttpAnswer AnswerToRefused(WorkTurn turn) {
+  const Status refusal = RefusalOf(turn);
+  if (turn == WorkTurn::kClientGone) return Problem(kClientGoneCode, refusal.message());
+  if (turn == WorkTurn::kFullOfOne) return ComeAgain(429, refusal.message(), 1);
+  return ProblemOf(refusal);
 }
 
 // One sample, in the text format of Prometheus.
@@ -87,7 +114,9 @@ Status ServiceOptions::Check() const {
       .Part("tus", tus.Check())
       .Part("dense", dense.Check())
       .Between("query_threads", query_threads, 1, 1024)
+      .Between("long_threads", long_threads, 1, 1024)
       .Between("waiting_questions_max", waiting_questions_max, 1, 100'000)
+      .Between("waiting_of_one_max", waiting_of_one_max, 1, 100'000)
       .Between("settle_pause_s", settle_pause_s, 1, 86'400)
       .status();
 }
@@ -116,7 +145,6 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
               Resume().IgnoreBecause("what is not in line is put there after the next pause");
             }),
       engine_(std::move(engine)),
-      pool_(options.query_threads),
       dense_(engine_.get(), options.dense,
              [this, told = std::move(listeners.dense_failed)](const Status& failure) {
                disk_.NoteFailure(failure);
@@ -125,9 +153,15 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
       cameras_(engine_.get(), &intake_,
                [this](const Status& failure) { disk_.NoteFailure(failure); }),
       owner_commands_(engine_.get(), &dense_, &cameras_, options.dense.request.cache_folder),
+      removals_(engine_.get(), &dense_),
+      commands_at_work_(kCommandsMax),
       settler_([this, followed = std::move(listeners.followed)](std::stop_token stop) {
         SettleNowAndThen(std::move(stop), followed);
-      }) {
+      }),
+      short_work_(
+          {options.query_threads, options.waiting_questions_max, options.waiting_of_one_max}),
+      long_work_({options.long_threads, options.waiting_questions_max, options.waiting_of_one_max}),
+      commands_({.threads = kCommandsMax}) {
   gatekeeper_.Look(engine_->Ask()).IgnoreBecause("the next request reads it");
   // What cannot be read is as little harm.
   if (const auto uses = engine_->Ask().TokenUses(); uses.ok()) quotas_.Restore(*uses);
@@ -135,6 +169,7 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
 
 CityService::~CityService() {
   Close();
+  settler_.request_stop();  // before tasks that may wait for it are waited for
   disk_.Stop();
 }
 
@@ -185,27 +220,43 @@ void CityService::Handle(HttpRequest request, Answered answered) {
     if (auto refusal = quotas_.TakeRequest(request)) return counted(*std::move(refusal));
   }
   if (match.route->is_quick) return counted(Answer(request, match));
-  // Shared, since the pool copies its tasks, and bodies are large.
-  const auto shared = std::make_shared<HttpRequest>(std::move(request));
-  const bool is_photo = shared->method == "POST" && shared->path.back() == "photos";
-  Run([this, shared, match, counted, is_photo](Engine*, const Status& refusal) {
-    if (!refusal.ok()) return counted(ProblemOf(refusal));
-    if (is_photo && shared->content_type == "multipart/form-data")
-      return TakeForm(std::move(*shared), counted);
-    if (is_photo) return TakePhoto(std::move(*shared), counted);
-    counted(Answer(*shared, match));
+  const WorkKind kind = WorkKindOf(*match.route);
+  if (kind != WorkKind::kCommand) return HandleLater(std::move(request), match, kind, counted);
+  if (!commands_at_work_.Take(1))
+    return counted(ProblemOf(Status::Busy("two long commands are at work: try again later")));
+  HandleLater(std::move(request), match, kind, [this, counted](HttpAnswer answer) {
+    commands_at_work_.Give(1);
+    counted(std::move(answer));
   });
 }
 
-void CityService::Run(std::function<void(Engine* engine, const Status& refusal)> task) {
-  const bool is_queued = Queue(
-      [this, task](bool is_closed) {
-        task(engine_.get(), is_closed ? Status::Busy("the daemon is closing: ask again in a while")
-                                      : Status::Ok());
-      },
-      options_.waiting_questions_max);
-  if (!is_queued)
-    task(engine_.get(), Status::Busy("too many questions wait: ask again in a while"));
+void CityService::HandleLater(HttpRequest request, const RouteMatch& match, WorkKind kind,
+                              const Answered& answered) {
+  WorkOwner owner{AskerOf(request), request.body.size()};
+  // What is stored and what somebody in charge has asked for is done all the same.
+  if (kind == WorkKind::kLong) owner.client = request.client;
+  // Shared, since tasks are copied, and bodies are large.
+  const auto shared = std::make_shared<HttpRequest>(std::move(request));
+  const bool is_photo = shared->method == "POST" && shared->path.back() == "photos";
+  LineOf(kind).Add(std::move(owner), [this, shared, match, answered, is_photo](WorkTurn turn) {
+    if (turn != WorkTurn::kCome) return answered(AnswerToRefused(turn));
+    if (is_photo && shared->content_type == "multipart/form-data")
+      return TakeForm(std::move(*shared), answered);
+    if (is_photo) return TakePhoto(std::move(*shared), answered);
+    answered(Answer(*shared, match));
+  });
+}
+
+WorkLine& CityService::LineOf(WorkKind kind) {
+  if (kind == WorkKind::kCommand) return commands_;
+  return kind == WorkKind::kLong ? long_work_ : short_work_;
+}
+
+void CityService::Run(WorkKind kind, WorkOwner owner,
+                      std::function<void(Engine* engine, const Status& refusal)> task) {
+  LineOf(kind).Add(std::move(owner), [this, task = std::move(task)](WorkTurn turn) {
+    task(engine_.get(), RefusalOf(turn));
+  });
 }
 
 void CityService::TakePhoto(HttpRequest request, const Answered& answered) {
@@ -251,22 +302,6 @@ std::variant<uint64_t, HttpAnswer> CityService::AcceptPhoto(const HttpRequest& s
   return accepted;
 }
 
-bool CityService::Queue(std::function<void(bool is_closed)> task, uint32_t waiting_max) {
-  const std::lock_guard lock(mutex_);
-  if (waiting_questions_ >= waiting_max) return false;
-  pool_.Submit([this, task = std::move(task)] {
-    bool is_closed = false;
-    {
-      const std::lock_guard task_lock(mutex_);
-      --waiting_questions_;
-      is_closed = is_closed_;
-    }
-    task(is_closed);
-  });
-  ++waiting_questions_;
-  return true;
-}
-
 HttpAnswer CityService::Answer(const HttpRequest& request, const RouteMatch& match) {
   const auto answer = CatchShortage("answer a request", [&]() -> Result<HttpAnswer> {
     if (IsTus(request)) return tus_.Answer(engine_.get(), request);
@@ -280,6 +315,7 @@ HttpAnswer CityService::AnswerOfItself(const HttpRequest& request) {
   const std::string& asked = request.path.back();
   if (request.path.front() == "v1") {
     if (request.path[1] == "dense") return AnswerOnDense(asked);
+    if (request.path[1] != "uploads") return removals_.Answer(request);
     const Result<uint64_t> upload = UploadNumber(asked);
     return upload.ok() ? AnswerOnUpload(*upload, request.sight) : ProblemOf(upload.status());
   }
@@ -346,10 +382,6 @@ HttpAnswer CityService::Metrics() const {
 
 HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& match) {
   const CityRoute& route = *match.route;
-  std::optional<DenseKeeper::Rest> rest;
-  const bool is_removal =
-      request.path == std::vector<std::string>{"v1", "removals"} || request.method == "DELETE";
-  if (is_removal) rest.emplace(&dense_);  // which cannot go beside a pass
   if (IsReport(request)) {
     if (auto refusal = quotas_.TakeReport(request)) return *std::move(refusal);
   }
@@ -375,13 +407,12 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
 
 void CityService::TellEvents(uint64_t first, const Sight& sight,
                              std::function<void(Result<CityEvents>)> told) {
-  const auto tell = [this, first, sight, told](bool is_closed) {
-    if (is_closed) return told(Status::Cancelled("the daemon is closing"));
+  // All who follow are one, and leave turns and room for questions and photos: they ask again soon.
+  short_work_.Add({"events"}, [this, first, sight, told](WorkTurn turn) {
+    if (turn == WorkTurn::kClosed) return told(Status::Cancelled("the daemon is closing"));
+    if (turn != WorkTurn::kCome) return told(CityEvents{"", first});
     told(CatchShortage("read the journal", [&] { return EventsFrom(first, sight); }));
-  };
-  // Those who follow ask again soon, and leave room for questions and photos.
-  const bool is_queued = Queue(tell, options_.waiting_questions_max / 2);
-  if (!is_queued) told(CityEvents{"", first});
+  });
 }
 
 Result<CityEvents> CityService::EventsFrom(uint64_t first, const Sight& sight) const {
@@ -401,8 +432,8 @@ Result<CityEvents> CityService::EventsFrom(uint64_t first, const Sight& sight) c
 void CityService::Close() {
   intake_.Close();
   owner_commands_.Stop();
-  const std::lock_guard lock(mutex_);
-  is_closed_ = true;
+  removals_.Stop();
+  for (WorkLine* const line : {&short_work_, &long_work_, &commands_}) line->Close();
 }
 
 void CityService::SettleNowAndThen(

@@ -15,6 +15,8 @@
 #include <thread>
 #include <variant>
 
+#include "cli/service/asked_work.h"
+#include "cli/service/budget.h"
 #include "cli/service/camera_keeper.h"
 #include "cli/service/city_routes.h"
 #include "cli/service/dense_keeper.h"
@@ -24,10 +26,11 @@
 #include "cli/service/owner_commands.h"
 #include "cli/service/photo_intake.h"
 #include "cli/service/quotas.h"
+#include "cli/service/removals.h"
 #include "cli/service/request_log.h"
 #include "cli/service/tus_uploads.h"
+#include "cli/service/work_line.h"
 #include "engine/engine.h"
-#include "storage/base/thread_pool.h"
 
 namespace veduta {
 
@@ -38,11 +41,13 @@ struct ServiceOptions {
   // Of each token that has no quota of its own. Chosen by hand: more than a person does.
   TokenQuota quota = {100'000, 1ull << 40, 1'000};
   DenseKeeping dense;
-  // Threads that answer questions, 1 to 1024. A localisation takes one for as long as a photo does,
-  // so there are some for those who ask less.
-  uint32_t query_threads = 4;
-  // Questions that may wait for one of these threads, 1 to 100,000; one more is answered 503.
-  uint32_t waiting_questions_max = 256;
+  // Threads that take photos and answer what is told soon, and those that compute (WorkKind), 1 to
+  // 1024. A localisation takes one for as long as a photo does, so that it takes none of the others.
+  uint32_t query_threads = 4, long_threads = 2;
+  // Requests that may wait for either of them, 1 to 100,000, and those of each one who asks; one
+  // more is answered 503, and 429 to the same one. Chosen by hand: a page asks for hundreds of
+  // pictures.
+  uint32_t waiting_questions_max = 1024, waiting_of_one_max = 256;
   // Every so often steps that have failed are tried again. 1 to 86,400 s.
   uint32_t settle_pause_s = 60;
 
@@ -109,10 +114,11 @@ class CityService final {
   void NoteCall(const HttpRequest& request, uint32_t code);
   // What other doors than HTTP's ask by. A snapshot of the city, for what a few records tell.
   Questions Ask(const Sight& sight) const { return engine_->Ask(sight); }
-  // Runs the task with the engine on one of the threads that answer questions; where too many wait
-  // or the service is closed, the task is told kBusy instead, then perhaps on this thread. The task
-  // must not throw.
-  void Run(std::function<void(Engine* engine, const Status& refusal)> task);
+  // Runs the task with the engine on one of the threads for such work; where too many wait or the
+  // service is closed, the task is told kBusy instead, and kCancelled where its client has gone,
+  // then perhaps on this thread. The task must not throw.
+  void Run(WorkKind kind, WorkOwner owner,
+           std::function<void(Engine* engine, const Status& refusal)> task);
   // PhotoIntake::Accept, within the quotas of the one whom Refuse has found to send it.
   std::variant<uint64_t, HttpAnswer> AcceptPhoto(const HttpRequest& sender, PhotoSubmission photo);
   PhotoIntake* intake() { return &intake_; }
@@ -135,9 +141,10 @@ class CityService final {
   HttpAnswer AskEngine(const HttpRequest& request, const RouteMatch& match);
   void Count(const HttpAnswer& answer);
   void TellDamages(const HttpAnswer& answer);
-  // Runs the task on the pool; false where so many wait. One that begins when the service is closed
-  // is told so.
-  bool Queue(std::function<void(bool is_closed)> task, uint32_t waiting_max);
+  // Does what Handle has found to take longer, once a thread for it has time.
+  void HandleLater(HttpRequest request, const RouteMatch& match, WorkKind kind,
+                   const Answered& answered);
+  WorkLine& LineOf(WorkKind kind);
   void SettleNowAndThen(std::stop_token stop,
                         const std::function<void(const FollowUp&, const Questions&)>& followed);
 
@@ -155,16 +162,16 @@ class CityService final {
   std::map<uint32_t, uint64_t> answers_;                        // how many, by code
   std::set<std::string> damages_;                               // that were told
   std::map<std::pair<std::string, uint32_t>, uint64_t> calls_;  // by RPC, by what and code
-  bool is_closed_ = false;
-  size_t waiting_questions_ = 0;
   DiskKeeper disk_;  // is told of failures while the engine closes
   std::unique_ptr<Engine> engine_;
-  ThreadPool pool_;
   DenseKeeper dense_;
   CameraKeeper cameras_;
   OwnerCommands owner_commands_;
+  Removals removals_;
+  Budget commands_at_work_;
   std::condition_variable_any pause_;
   std::jthread settler_;
+  WorkLine short_work_, long_work_, commands_;
 };
 
 }  // namespace veduta

@@ -6,7 +6,6 @@
 #include "cli/service/path_numbers.h"
 #include "cli/service/request_parts.h"
 #include "cli/wire/contribution_json.h"
-#include "cli/wire/removal_json.h"
 
 namespace veduta {
 namespace {
@@ -102,19 +101,6 @@ HttpAnswer CloseContribution(Engine* engine, const HttpRequest& request,
   return closed.ok() ? Tell(*engine, *number, 200) : ProblemOf(closed);
 }
 
-HttpAnswer RemoveContribution(Engine* engine, const HttpRequest& request,
-                              const PathArguments& arguments) {
-  const Result<uint32_t> number = ContributionNumber(arguments[0]);
-  if (!number.ok()) return ProblemOf(number.status());
-  RemoveRequest wanted;
-  wanted.contribution = *number;
-  if (!request.who.empty()) wanted.actor = request.who;
-  const auto removed = engine->Remove(wanted);
-  if (!removed.ok()) return ProblemOf(removed.status());
-  engine->Settle().IgnoreBecause("the daemon settles again in a while, and tells of failures then");
-  return JsonAnswer(200, ToJson(*removed));
-}
-
 }  // namespace
 
 std::vector<CityRoute> ContributionRoutes() {
@@ -128,14 +114,7 @@ std::vector<CityRoute> ContributionRoutes() {
       {"GET", {"v1", "contributions"}, {"from", "count"}, ListContributions},
       {"POST", {"v1", "contributions"}, {}, OpenContribution, false, false, kSends},
       {"GET", {"v1", "contributions", "*"}, {}, GetContribution},
-      {"DELETE",
-       {"v1", "contributions", "*"},
-       {},
-       RemoveContribution,
-       false,
-       false,
-       kCurates,
-       true},
+      {"DELETE", {"v1", "contributions", "*"}, {}, nullptr, false, false, kCurates, true},
       {"GET", {"v1", "contributions", "*", "photos"}, {"from", "count"}, ListContributedPhotos},
       {"POST", {"v1", "contributions", "*", "close"}, {}, CloseContribution, false, false, kSends},
   };

@@ -6,7 +6,6 @@
 #include <kj/compat/url.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <memory>
 #include <optional>
@@ -48,12 +47,6 @@ std::string Text(kj::ArrayPtr<const char> text) {
   return {text.begin(), text.size()};
 }
 
-std::string Lower(std::string text) {
-  std::ranges::transform(text, text.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 // What the threads of the door share.
 struct Limits {
   explicit Limits(const HttpDoorOptions& o)
@@ -93,7 +86,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
         server_(
             timer_, table,
             [this](kj::AsyncIoStream& connection) -> kj::Own<kj::HttpService> {
-              return kj::heap<Client>(this, PeerOf(connection));
+              return kj::heap<Client>(this, connection);
             },
             HttpSettings(limits->options.body_bytes_max)),
         connections_(*this) {}
@@ -123,23 +116,26 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
   // Of one connection.
   class Client final : public kj::HttpService {
    public:
-    Client(HttpDoor* door, std::string peer) : door_(*door), peer_(std::move(peer)) {}
+    Client(HttpDoor* door, kj::AsyncIoStream& connection)
+        : door_(*door), peer_(PeerOf(connection)), socket_(connection.getFd().orDefault(-1)) {}
     kj::Promise<void> request(kj::HttpMethod method, kj::StringPtr url,
                               const kj::HttpHeaders& headers, kj::AsyncInputStream& body,
                               Response& response) override {
-      return door_.Take(peer_, method, url, headers, body, response);
+      return door_.Take(peer_, socket_, method, url, headers, body, response);
     }
 
    private:
     HttpDoor& door_;
     const std::string peer_;
+    const int socket_;
   };
 
-  kj::Promise<void> Take(const std::string& peer, kj::HttpMethod method, kj::StringPtr url,
-                         const kj::HttpHeaders& headers, kj::AsyncInputStream& body,
-                         Response& response) {
-    auto logged = kj::heap<LoggedResponse>(&response, RequestId(Header(headers, known_.request_id)),
-                                           service_->told_of_requests());
+  kj::Promise<void> Take(const std::string& peer, int socket, kj::HttpMethod method,
+                         kj::StringPtr url, const kj::HttpHeaders& headers,
+                         kj::AsyncInputStream& body, Response& response) {
+    auto logged =
+        kj::heap<LoggedResponse>(&response, socket, RequestId(Header(headers, known_.request_id)),
+                                 service_->told_of_requests());
     if (logged->is_told()) logged->entry().method = kj::str(method).cStr();
     if (is_of_owner_) logged->entry().who = "owner";
     auto served = Serve(peer, method, url, headers, body, *logged);
@@ -150,6 +146,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
                           const kj::HttpHeaders& headers, kj::AsyncInputStream& body,
                           LoggedResponse& response) {
     auto arriving = std::make_shared<Arriving>(limits_.bodies);
+    arriving->request.client = response.client();
     arriving->request.address =
         SenderAddress(peer, Header(headers, known_.forwarded_for), limits_.proxies);
     if (auto refusal = ReadHead(method, url, headers, &arriving->request))
@@ -216,7 +213,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     request->is_of_owner = is_of_owner_;
     request->token = BearerOf(Header(headers, known_.authorization));
     request->if_none_match = Header(headers, known_.none_match);
-    request->prefers_async = Lower(Header(headers, known_.prefer)).find("respond-async") == 0;
+    request->prefers_async = MediaType(Header(headers, known_.prefer)).find("respond-async") == 0;
     for (const auto& [name, id] : known_.of_routes) {
       KJ_IF_MAYBE (value, headers.get(id)) {
         request->headers.emplace(name, Text(*value));

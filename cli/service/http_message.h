@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/service/client_presence.h"
 #include "cli/wire/json.h"
 #include "engine/engine.h"
 #include "storage/base/status.h"
@@ -36,7 +37,8 @@ struct HttpRequest {
   // The headers that one route alone reads, by their names as HeadersOfRoutes has them.
   std::map<std::string, std::string> headers;
   std::vector<uint8_t> body;
-  std::shared_ptr<const void> body_share;  // what is given back when the body goes
+  std::shared_ptr<const void> body_share;        // what is given back when the body goes
+  std::shared_ptr<const ClientPresence> client;  // who waits for the answer; null: not known
 };
 
 struct HttpAnswer {

@@ -7,24 +7,28 @@
 
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <utility>
 
+#include "cli/service/client_presence.h"
 #include "cli/service/request_log.h"
 
 namespace veduta {
 
 class LoggedResponse final : public kj::HttpService::Response {
  public:
-  // The status of an answer that the client did not wait for, as nginx has it.
-  static constexpr uint32_t kGone = 499;
-
-  LoggedResponse(Response* response, std::string id, std::function<void(const RequestEntry&)> told)
-      : response_(*response), told_(std::move(told)) {
+  // `socket` is the connection's, which must outlive this.
+  LoggedResponse(Response* response, int socket, std::string id,
+                 std::function<void(const RequestEntry&)> told)
+      : response_(*response),
+        told_(std::move(told)),
+        client_(std::make_shared<ClientPresence>(socket)) {
     entry_.id = std::move(id);
     entry_.door = "http";
-    entry_.status = kGone;
+    entry_.status = kClientGoneCode;
   }
   ~LoggedResponse() {
+    client_->Leave();
     if (!told_) return;
     const std::chrono::duration<double, std::milli> took = Clock::now() - begun_;
     entry_.ms = took.count();
@@ -35,6 +39,7 @@ class LoggedResponse final : public kj::HttpService::Response {
 
   bool is_told() const { return static_cast<bool>(told_); }
   RequestEntry& entry() { return entry_; }
+  const std::shared_ptr<ClientPresence>& client() const { return client_; }
 
   kj::Own<kj::AsyncOutputStream> send(kj::uint code, kj::StringPtr phrase,
                                       const kj::HttpHeaders& headers,
@@ -55,6 +60,7 @@ class LoggedResponse final : public kj::HttpService::Response {
   using Clock = std::chrono::steady_clock;
   Response& response_;
   const std::function<void(const RequestEntry&)> told_;
+  const std::shared_ptr<ClientPresence> client_;
   const Clock::time_point begun_ = Clock::now();
   RequestEntry entry_;
 };

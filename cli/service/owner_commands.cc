@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/service/owner_commands.h"
 
-#include <kj/common.h>
-
 #include <limits>
 #include <string>
 
@@ -15,8 +13,6 @@
 namespace veduta {
 namespace {
 
-// At the same time; two threads are left for those who ask. Chosen by hand.
-constexpr uint32_t kAtWorkMax = 2;
 constexpr uint64_t kNumberMax = std::numeric_limits<uint32_t>::max();
 
 HttpAnswer AnswerOf(const Status& status) {
@@ -83,9 +79,6 @@ HttpAnswer OwnerCommands::Answer(const HttpRequest& request) {
   if (auto refusal = RefuseLargeJson(request)) return *std::move(refusal);
   const Result<Json> wanted = JsonObjectOf(request);
   if (!wanted.ok()) return ProblemOf(wanted.status());
-  const auto done = kj::defer([this] { --at_work_; });
-  if (++at_work_ > kAtWorkMax)
-    return ProblemOf(Status::Busy("two commands of the owner are at work: try again later"));
   return Do(request, *wanted);
 }
 

@@ -3,7 +3,6 @@
 // What the owner of the database has the daemon do, by the socket in its folder: the commands that
 // would otherwise open the database for writing, and take long.
 
-#include <atomic>
 #include <cstdint>
 #include <stop_token>
 #include <string>
@@ -27,8 +26,7 @@ class OwnerCommands final {
   OwnerCommands(Engine* engine, DenseKeeper* keeper, CameraKeeper* cameras,
                 std::string cache_folder);
 
-  // Does what the route stands for, and takes as long. 503 where two are at work already: the
-  // threads that do it are those that answer questions.
+  // Does what the route stands for, and takes as long.
   HttpAnswer Answer(const HttpRequest& request);
   // Those that are at work end after the piece at hand.
   void Stop() { stop_.request_stop(); }
@@ -47,7 +45,6 @@ class OwnerCommands final {
   CameraKeeper* const cameras_;
   const std::string cache_folder_;
   std::stop_source stop_;
-  std::atomic<uint32_t> at_work_ = 0;
 };
 
 }  // namespace veduta

@@ -174,8 +174,9 @@ std::vector<uint8_t> MeanOfNeighbors(const std::vector<uint8_t>& values, uint32_
 
 class Estimator final {
  public:
-  Estimator(const DepthRange& range, const DepthOptions& options, Device* device, ThreadPool& pool)
-      : range_(range), options_(options), device_(device), pool_(pool) {
+  Estimator(const DepthRange& range, const DepthOptions& options, Device* device, ThreadPool& pool,
+            const std::stop_token& stop)
+      : range_(range), options_(options), device_(device), pool_(pool), stop_(stop) {
     for (size_t g = 0; g < scanline_.penalty_large.size(); ++g) {
       const double least = options.penalty_large_min, most = options.penalty_large;
       scanline_.penalty_large[g] = static_cast<uint8_t>(
@@ -281,7 +282,7 @@ class Estimator final {
   Status Sweep(const Level& level, std::vector<SweepPlane> planes, std::vector<float> base) {
     SweepProblem problem = MakeProblem(level, std::move(planes));
     problem.base = std::move(base);
-    VEDUTA_ASSIGN_OR_RETURN(choice_, SweepAndChoose(problem, scanline_, device_, pool_));
+    VEDUTA_ASSIGN_OR_RETURN(choice_, SweepAndChoose(problem, scanline_, device_, pool_, stop_));
     map_ = RefineBetweenPlanes(choice_, problem.key.width_px, problem.key.height_px, problem.base,
                                problem.planes);
     return Status::Ok();
@@ -348,6 +349,7 @@ class Estimator final {
   const DepthOptions& options_;
   Device* device_;
   ThreadPool& pool_;
+  const std::stop_token& stop_;
   ScanlineOptions scanline_;
   std::vector<Level> levels_;
   size_t start_ = 0;
@@ -376,10 +378,10 @@ Status DepthOptions::Check() const {
 
 Result<DepthMap> EstimateDepth(const View& key, std::span<const View> sensors,
                                const DepthRange& range, const DepthOptions& options, Device* device,
-                               ThreadPool& pool) {
+                               ThreadPool& pool, const std::stop_token& stop) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(CheckInput(key, sensors, range));
-  return Estimator(range, options, device, pool).Run(key, sensors);
+  return Estimator(range, options, device, pool, stop).Run(key, sensors);
 }
 
 }  // namespace veduta

@@ -18,6 +18,7 @@
 
 #include <cstdint>
 #include <span>
+#include <stop_token>
 
 #include "fusion/depth/depth_range.h"
 #include "kernels/device.h"
@@ -74,9 +75,10 @@ VEDUTA_OPTION_FIELDS(DepthOptions, plane_step_px, plane_count_max, volume_bytes_
 //
 // Deterministic at any number of threads. Thread-safe. Errors: kInvalidArgument naming what is
 // wrong with a view, the range or the options, or by how much the smallest volume exceeds
-// volume_bytes_max; kIoError from the device.
+// volume_bytes_max; kIoError from the device; kCancelled soon after a stop request: the sweeps look
+// at it (kernels/plane_sweep.h), and so does what stands between them.
 Result<DepthMap> EstimateDepth(const View& key, std::span<const View> sensors,
                                const DepthRange& range, const DepthOptions& options, Device* device,
-                               ThreadPool& pool);
+                               ThreadPool& pool, const std::stop_token& stop = {});
 
 }  // namespace veduta

@@ -192,6 +192,7 @@ class DepthStage final {
     VEDUTA_RETURN_IF_ERROR(key.status());
     std::vector<View> sensors;
     for (const SensorPose& sensor : plan.sensors) {
+      VEDUTA_RETURN_IF_ERROR(pass_.CheckStop());  // each is a photo to decode
       const Result<std::shared_ptr<const View>> view =
           loader_.Load(pass_.scene().images.at(sensor.image));
       if (view.status().code() == StatusCode::kCorruption) {
@@ -202,8 +203,10 @@ class DepthStage final {
       sensors.push_back(**view);
     }
     const DepthRange range{plan.depth_near, plan.depth_far};
-    const Result<DepthMap> map =
-        EstimateDepth(**key, sensors, range, options_.estimation, pass_.device(), pass_.pool());
+    const Result<DepthMap> map = EstimateDepth(**key, sensors, range, options_.estimation,
+                                               pass_.device(), pass_.pool(), pass_.stop());
+    // It is made again by the next pass.
+    if (map.status().code() == StatusCode::kCancelled) return pass_.CheckStop();
     // A view that nothing can be made of must not keep the city from its surface.
     if (map.status().code() == StatusCode::kInvalidArgument)
       return PassOver(image, map.status().message(), is_stored);

@@ -7,6 +7,10 @@ namespace veduta {
 
 Status DensePass::Tell(std::string_view stage, size_t done, size_t total) const {
   if (tools_.progress) tools_.progress(stage, done, total);
+  return CheckStop();
+}
+
+Status DensePass::CheckStop() const {
   return tools_.stop.stop_requested()
              ? Status::Cancelled("stopped on request: what is finished is stored")
              : Status::Ok();

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,6 +37,9 @@ class DensePass final {
   ThreadPool& pool() const { return tools_.pool; }
   const PhotoDecoder& decoder() const { return tools_.decoder; }
   Device* device() const { return tools_.device; }  // null: C++
+  // Whether somebody asked to stop; for what would take long until the next piece.
+  const std::stop_token& stop() const { return tools_.stop; }
+  Status CheckStop() const;  // kCancelled then
   std::shared_ptr<const Snapshot> GetSnapshot() const { return tools_.writer.GetSnapshot(); }
 
   // Tells how far a stage is; kCancelled when somebody asked to stop.

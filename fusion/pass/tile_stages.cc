@@ -59,9 +59,11 @@ Status Solve(const FusionStageOptions& options, const Round& round, const TileRe
     blocks.push_back(
         {block.index, block.histogram.get(), previous, is_border ? previous : nullptr});
   }
-  VEDUTA_ASSIGN_OR_RETURN(const TileSolution solution, SolveTile(tile.place, blocks, options.solver,
-                                                                 pass->device(), pass->pool()));
-  const std::vector<uint8_t> bytes = SerializeSolution(solution.blocks);
+  const Result<TileSolution> solution =
+      SolveTile(tile.place, blocks, options.solver, pass->device(), pass->pool(), pass->stop());
+  if (solution.status().code() == StatusCode::kCancelled) return pass->CheckStop();
+  VEDUTA_RETURN_IF_ERROR(solution.status());
+  const std::vector<uint8_t> bytes = SerializeSolution(solution->blocks);
   return pass->Commit([&](const Snapshot&, Transaction* transaction) {
     transaction->dense().PutSurface(round.result, tile.reconstruction, tile.place, bytes);
     transaction->dense().PutTile(tile);

@@ -182,6 +182,7 @@ class VolumeStage final {
 
   Status CastVotes(std::span<const Vote> votes, BlockWork* work) const {
     for (const Vote& vote : votes) {
+      VEDUTA_RETURN_IF_ERROR(pass_.CheckStop());
       if (!vote.image->MaySee(work->index, options_.grid)) continue;
       VEDUTA_ASSIGN_OR_RETURN(const Integration done,
                               veduta::Integrate(*vote.image, options_.grid, work->index, vote.sign,

@@ -53,7 +53,8 @@ Status SolverOptions::Check() const {
 }
 
 Result<TileSolution> SolveTile(const GridPlace& tile, std::span<const TileBlock> blocks,
-                               const SolverOptions& options, Device* device, ThreadPool& pool) {
+                               const SolverOptions& options, Device* device, ThreadPool& pool,
+                               const std::stop_token& stop) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   VEDUTA_RETURN_IF_ERROR(CheckTileBlocks(tile, blocks));
   TileSolution solution;
@@ -73,6 +74,7 @@ Result<TileSolution> SolveTile(const GridPlace& tile, std::span<const TileBlock>
   };
   VEDUTA_RETURN_IF_ERROR(report());
   while (solution.iterations < options.iterations_max) {
+    if (stop.stop_requested()) return Status::Cancelled("the fusion was stopped on request");
     const uint32_t count =
         std::min(options.check_every, options.iterations_max - solution.iterations);
     VEDUTA_RETURN_IF_ERROR(minimisation->Iterate(count));

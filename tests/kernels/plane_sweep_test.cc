@@ -10,8 +10,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <limits>
+#include <stop_token>
+#include <thread>
 
 #include "kernels/scanline.h"
 #include "storage/base/content_hash.h"
@@ -128,6 +131,58 @@ TEST(PlaneSweep, ThreadsDoNotMatter) {
             SweepPlanes(random.problem, nullptr, three)->costs);
   ExpectSame(SweepAndChoose(random.problem, Penalties(), nullptr, alone).value(),
              SweepAndChoose(random.problem, Penalties(), nullptr, three).value());
+}
+
+// Of nobody, and of somebody who has not asked yet.
+TEST(PlaneSweep, WhoMayAskToStopChangesNothing) {
+  const std::stop_source nobody_has_asked;
+  const std::stop_token stop = nobody_has_asked.get_token();
+  ThreadPool pool(2);
+  const RandomProblem random({40, 120, 20, 3});
+  for (Device* const device : {static_cast<Device*>(nullptr), TestDevice()}) {
+    EXPECT_EQ(SweepPlanes(random.problem, device, pool)->costs,
+              SweepPlanes(random.problem, device, pool, stop)->costs);
+    ExpectSame(SweepAndChoose(random.problem, Penalties(), device, pool).value(),
+               SweepAndChoose(random.problem, Penalties(), device, pool, stop).value());
+  }
+}
+
+TEST(PlaneSweep, IsCancelledAfterARequestToStop) {
+  std::stop_source asked;
+  asked.request_stop();
+  const std::stop_token stop = asked.get_token();
+  ThreadPool pool(2);
+  const RandomProblem random({40, 120, 20, 3});
+  const CostVolume volume = SweepPlanes(random.problem, nullptr, pool).value();
+  for (Device* const device : {static_cast<Device*>(nullptr), TestDevice()}) {
+    EXPECT_EQ(SweepPlanes(random.problem, device, pool, stop).status().code(),
+              StatusCode::kCancelled);
+    EXPECT_EQ(SweepAndChoose(random.problem, Penalties(), device, pool, stop).status().code(),
+              StatusCode::kCancelled);
+    EXPECT_EQ(
+        ChoosePlanes(volume, random.problem.key, Penalties(), device, pool, stop).status().code(),
+        StatusCode::kCancelled);
+  }
+}
+
+// Stopped after a tenth of the time that all of it takes, it ends long before that time is over.
+TEST(PlaneSweep, EndsSoonAfterARequestToStop) {
+  using Clock = std::chrono::steady_clock;
+  ThreadPool pool(0);
+  const RandomProblem random({400, 300, 1000, 3});
+  const Clock::time_point begin = Clock::now();
+  ASSERT_TRUE(SweepAndChoose(random.problem, Penalties(), nullptr, pool).ok());
+  const Clock::duration whole = Clock::now() - begin;
+  std::stop_source asked;
+  const Clock::time_point again = Clock::now();
+  const std::jthread asking([&] {
+    std::this_thread::sleep_for(whole / 10);
+    asked.request_stop();
+  });
+  EXPECT_EQ(
+      SweepAndChoose(random.problem, Penalties(), nullptr, pool, asked.get_token()).status().code(),
+      StatusCode::kCancelled);
+  EXPECT_LT(Clock::now() - again, whole / 2);
 }
 
 // A sensor view that shows the key view moved by 5 px, with another exposure.

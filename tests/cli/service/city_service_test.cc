@@ -10,6 +10,8 @@
 #include <atomic>
 #include <chrono>
 #include <future>
+#include <map>
+#include <mutex>
 #include <stop_token>
 #include <thread>
 
@@ -125,7 +127,63 @@ TEST_F(CityServiceTest, EveryRequestIsAnsweredBeforeTheServiceHasGone) {
   EXPECT_EQ(answered, kCount);
 }
 
+TEST_F(CityServiceTest, ThirdCommandsAreSentAway) {
+  HttpRequest settle;
+  settle.method = "POST";
+  settle.path = {"v1", "settle"};
+  settle.is_of_owner = true;
+  settle.body = {'{', '}'};
+  std::atomic<size_t> done = 0, sent_away = 0;
+  constexpr size_t kCount = 200;
+  const auto ask = [&] {
+    service_->Handle(settle, [&](const HttpAnswer& answer) {
+      EXPECT_TRUE(answer.code == 200 || answer.code == 503) << answer.body;
+      ++(answer.code == 200 ? done : sent_away);
+    });
+  };
+  for (size_t i = 0; i < kCount; ++i) ask();
+  while (done + sent_away < kCount) std::this_thread::yield();
+  EXPECT_GE(done, 2u);
+  EXPECT_GT(sent_away, 0u);
+  done = sent_away = 0;
+  ask();  // the places of those before were given back
+  while (done + sent_away == 0) std::this_thread::yield();
+  EXPECT_EQ(done, 1u);
+}
+
+TEST_F(CityServiceTest, TooManyOfOneAreToldToComeAgain) {
+  options_.waiting_of_one_max = 1;
+  options_.query_threads = 1;
+  service_.reset();
+  auto engine = Engine::Open(city_.path());
+  ASSERT_OK(engine);
+  service_ = std::make_unique<CityService>(*std::move(engine), city_.path(), options_,
+                                           CityService::Listeners());
+  HttpRequest status;
+  status.method = "GET";
+  status.path = {"v1", "status"};
+  status.address = "192.0.2.1";
+  std::mutex mutex;
+  std::map<uint32_t, size_t> codes;
+  for (size_t i = 0; i < 200; ++i) {
+    service_->Handle(status, [&](const HttpAnswer& answer) {
+      const std::lock_guard lock(mutex);
+      ++codes[answer.code];
+      if (answer.code == 429) {
+        EXPECT_EQ(HeaderOf(answer, "Retry-After"), "1");
+      }
+    });
+  }
+  service_.reset();
+  EXPECT_GT(codes[200], 0u);
+  EXPECT_GT(codes[429], 0u);
+  EXPECT_EQ(codes[200] + codes[429] + codes[503], 200u) << "503: those that waited at the end";
+}
+
 TEST(ServiceOptions, HaveBounds) {
+  ExpectBounds(&ServiceOptions::waiting_of_one_max, "waiting_of_one_max", {0u, 100'001u},
+               {1u, 100'000u});
+  ExpectBounds(&ServiceOptions::long_threads, "long_threads", {0u, 1025u}, {1u, 1024u});
   ExpectBounds(&ServiceOptions::waiting_questions_max, "waiting_questions_max", {0u, 100'001u},
                {1u, 100'000u});
   ExpectBounds(&ServiceOptions::settle_pause_s, "settle_pause_s", {0u, 86'401u}, {1u, 86'400u});

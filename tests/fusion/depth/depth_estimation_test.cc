@@ -182,6 +182,18 @@ TEST(EstimateDepth, ThreadsDoNotMatter) {
   ExpectSame(scene.Estimate({}, nullptr, 0).value(), scene.Estimate({}, nullptr, 3).value());
 }
 
+TEST(EstimateDepth, IsCancelledAfterARequestToStop) {
+  const Scene scene({{5, 0.7, 0}});
+  std::stop_source asked;
+  ThreadPool pool(1);
+  const auto estimate = [&] {
+    return EstimateDepth(scene.key, scene.sensors, kRange, {}, nullptr, pool, asked.get_token());
+  };
+  ExpectSame(estimate().value(), scene.Estimate().value());
+  asked.request_stop();
+  EXPECT_EQ(estimate().status().code(), StatusCode::kCancelled);
+}
+
 TEST(EstimateDepth, DeviceAndReferenceAgree) {
   Result<std::unique_ptr<Device>> device = Device::Open({});
   if (!device.ok()) GTEST_SKIP() << device.status().message();

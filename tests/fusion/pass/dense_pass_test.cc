@@ -259,6 +259,37 @@ TEST_F(DensePassTest, StopsBetweenPiecesAndRefusesNonsense) {
   EXPECT_EQ(TryPass(SmallOptions()).status().code(), StatusCode::kNotFound);
 }
 
+// Asks to stop when the first photo is decoded: its depth map is begun then.
+class StoppingDecoder final : public PhotoDecoder {
+ public:
+  explicit StoppingDecoder(std::stop_source* stop) : stop_(stop) {}
+  PhotoExamination Examine(std::span<const uint8_t> bytes) const override {
+    return DecoderInProcess().Examine(bytes);
+  }
+  Pixels DecodePixels(std::span<const uint8_t> bytes, const PhotoHeader& header) const override {
+    stop_->request_stop();
+    return DecoderInProcess().DecodePixels(bytes, header);
+  }
+  uint64_t HandoverBytes(uint64_t size_bytes, uint64_t pixel_count) const override {
+    return DecoderInProcess().HandoverBytes(size_bytes, pixel_count);
+  }
+
+ private:
+  std::stop_source* const stop_;
+};
+
+TEST_F(DensePassTest, AStopInTheMiddleOfADepthMapStoresNothingOfIt) {
+  std::stop_source stop;
+  const StoppingDecoder decoder(&stop);
+  const auto stopped = RunDensePass(
+      {writer_, pool(), /*device=*/nullptr, {}, stop.get_token(), decoder}, id_, SmallOptions());
+  EXPECT_EQ(stopped.status().code(), StatusCode::kCancelled);
+  ExpectSound();
+  const DensifyReport rest = Pass();
+  EXPECT_EQ(rest.depths.kept, 0u);
+  EXPECT_EQ(rest.depths.computed, 6u);
+}
+
 TEST_F(DensePassTest, EveryStageNoticesItsOptions) {
   Pass();
   const auto settings = database()->GetSnapshot()->dense().FindSettings(id_);

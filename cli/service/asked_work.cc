@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/service/asked_work.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "cli/service/remote_address.h"
+
+namespace veduta {
+namespace {
+
+// Parts of the paths of routes that compute.
+constexpr std::array<std::string_view, 6> kLongWork = {"localize",  "candidates", "uncertainty",
+                                                       "thumbnail", "surface",    "points"};
+
+}  // namespace
+
+WorkKind WorkKindOf(const CityRoute& route) {
+  const std::vector<std::string>& path = route.path;
+  const std::string_view method = route.method;
+  if (path.size() < 2) return WorkKind::kShort;
+  const bool is_removal = (method == "POST" && path[1] == "removals") ||
+                          (method == "DELETE" && path[1] == "contributions");
+  const bool is_georeference = method == "POST" && path[1] == "georeference";
+  if (route.is_for_owner_alone || is_removal || is_georeference) return WorkKind::kCommand;
+  const bool is_long = std::ranges::any_of(
+      path, [](const std::string& part) { return std::ranges::count(kLongWork, part) > 0; });
+  return is_long ? WorkKind::kLong : WorkKind::kShort;
+}
+
+std::string AskerOf(const HttpRequest& request) {
+  if (request.is_of_owner) return "owner";
+  return request.token_number != 0 ? request.token : SenderOf(request.address);
+}
+
+}  // namespace veduta

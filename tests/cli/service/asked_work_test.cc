@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: what computes is told from what does not, commands from both, and those who ask from each
+//   other.
+// Method: the routes that there are.
+#include "cli/service/asked_work.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <variant>
+
+#include "cli/service/city_routes.h"
+
+namespace veduta {
+namespace {
+
+std::set<std::string> RoutesOfKind(WorkKind kind) {
+  std::set<std::string> routes;
+  for (const CityRoute& route : ListRoutes()) {
+    if (route.is_for_owner_alone || route.is_quick || WorkKindOf(route) != kind) continue;
+    std::string path = route.method;
+    for (const std::string& part : route.path) path += "/" + part;
+    routes.insert(path);
+  }
+  return routes;
+}
+
+TEST(AskedWork, WhatComputesIsLong) {
+  EXPECT_EQ(RoutesOfKind(WorkKind::kLong),
+            (std::set<std::string>{"POST/v1/localize", "POST/v1/candidates",
+                                   "GET/v1/photos/*/uncertainty", "GET/v1/photos/*/thumbnail",
+                                   "GET/v1/reconstructions/*/points",
+                                   "GET/v1/reconstructions/*/surface/tileset.json",
+                                   "GET/v1/reconstructions/*/surface/tiles/*"}));
+}
+
+TEST(AskedWork, RemovalsAndGeoreferencingAreCommandsAsTheOwnersAre) {
+  EXPECT_EQ(RoutesOfKind(WorkKind::kCommand),
+            (std::set<std::string>{"POST/v1/removals", "POST/v1/georeference",
+                                   "DELETE/v1/contributions/*"}));
+  for (const CityRoute& route : ListRoutes()) {
+    if (route.is_for_owner_alone) {
+      EXPECT_EQ(WorkKindOf(route), WorkKind::kCommand) << route.path.back();
+    }
+  }
+}
+
+TEST(AskedWork, TurnsAreOfTokensOrElseOfAddresses) {
+  HttpRequest request;
+  request.address = "192.0.2.1";
+  request.token = "none";  // which nobody has found good
+  EXPECT_EQ(AskerOf(request), "192.0.2.1");
+  request.address = "2001:db8::1:2:3:4";
+  EXPECT_EQ(AskerOf(request), "2001:db8::/64") << "one network is one sender";
+  request.token = "veduta-1-x";
+  request.token_number = 1;
+  EXPECT_EQ(AskerOf(request), "veduta-1-x");
+  request.is_of_owner = true;
+  EXPECT_EQ(AskerOf(request), "owner");
+}
+
+}  // namespace
+}  // namespace veduta
