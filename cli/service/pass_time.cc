@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/service/pass_time.h"
+
+#include <cstdio>
+#include <string>
+
+namespace veduta {
+
+void PassTime::Look() {
+  const std::chrono::duration<double, std::ratio<3600>> passed =
+      std::chrono::steady_clock::now() - begin_;
+  if (hours_ == 0 || passed.count() < hours_ || stop_.stop_requested()) return;
+  is_over_ = true;
+  stop_.request_stop();
+}
+
+Status PassTime::EndOf(const Status& pass) const {
+  if (!is_over_ || pass.code() != StatusCode::kCancelled) return pass;
+  char hours[32];
+  std::snprintf(hours, sizeof(hours), "%g", hours_);
+  return Status::Cancelled("stopped after " + std::string(hours) +
+                           " hours: what is finished is stored, and the same command goes on");
+}
+
+}  // namespace veduta
