@@ -8,6 +8,7 @@
 
 #include "cli/daemon_json.h"
 #include "cli/printable.h"
+#include "cli/service/pass_time.h"
 #include "cli/wire/added_json.h"
 
 namespace veduta {
@@ -213,6 +214,7 @@ Status DensifyBeside(DaemonClient* daemon, const DensifyRequest& request, double
   VEDUTA_ASSIGN_OR_RETURN(const Json answer, Post(daemon, "/v1/densify", wanted));
   for (const Json& report : answer.value("reports", Json::array()))
     request.report(ReportOf(report));
+  if (answer.value("time_is_over", false)) return PassTimeIsOver(hours);
   return FailureIn(answer);
 }
 

@@ -137,7 +137,9 @@ HttpAnswer OwnerCommands::Densify(const Json& wanted) {
   PassTime time(*hours, stop_.get_token());
   request->progress = [&](std::string_view, size_t, size_t) { time.Look(); };
   const auto done = engine_->Densify(*request, time.token());
-  return AnswerWith({{"reports", std::move(reports)}}, time.EndOf(done.status()));
+  const bool is_over = time.HasEnded(done.status());  // which is no failure of the daemon's
+  return AnswerWith({{"reports", std::move(reports)}, {"time_is_over", is_over}},
+                    is_over ? Status::Ok() : done.status());
 }
 
 // Photos that cannot be judged and steps that fail keep nothing else from being imported.

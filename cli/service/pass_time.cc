@@ -14,11 +14,10 @@ void PassTime::Look() {
   stop_.request_stop();
 }
 
-Status PassTime::EndOf(const Status& pass) const {
-  if (!is_over_ || pass.code() != StatusCode::kCancelled) return pass;
-  char hours[32];
-  std::snprintf(hours, sizeof(hours), "%g", hours_);
-  return Status::Cancelled("stopped after " + std::string(hours) +
+Status PassTimeIsOver(double hours) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%g", hours);
+  return Status::Cancelled("stopped after " + std::string(text) +
                            " hours: what is finished is stored, and the same command goes on");
 }
 

@@ -13,6 +13,9 @@ namespace veduta {
 // The longest time that may be given: a century.
 inline constexpr double kPassHoursMax = 1e6;
 
+// kCancelled: what is said of a pass that has ended so.
+Status PassTimeIsOver(double hours);
+
 // One for each pass, from its begin on. On one thread, but for `also`, which may be asked to stop
 // by any.
 class PassTime final {
@@ -29,8 +32,12 @@ class PassTime final {
   std::stop_token token() const { return stop_.get_token(); }
   // To be called between pieces (DensifyRequest::progress): asks to stop where the time is over.
   void Look();
+  // Whether the pass, which has ended so, has since the time is over.
+  bool HasEnded(const Status& pass) const {
+    return is_over_ && pass.code() == StatusCode::kCancelled;
+  }
   // What the pass has ended with; where it has since the time is over, that is said.
-  Status EndOf(const Status& pass) const;
+  Status EndOf(const Status& pass) const { return HasEnded(pass) ? PassTimeIsOver(hours_) : pass; }
 
  private:
   const double hours_;
