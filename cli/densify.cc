@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta densify DB [--reconstruction ID] [--threads N] [--device D] [--size PX] [--sensors N]
-// [--voxel V] [--json]
+// [--voxel V] [--hours H] [--json]
 #include "cli/command.h"
 #include "cli/owner_beside.h"
 #include "cli/progress.h"
+#include "cli/service/pass_time.h"
 #include "cli/stop_on_signal.h"
 #include "cli/wire/dense_json.h"
 
@@ -14,6 +15,7 @@ struct DensifyArguments {
   std::string db;
   uint32_t reconstruction = 0, threads = 0;
   DensifyRequest request;
+  double hours = 0;  // 0: as long as it takes
   bool json = false;
 };
 
@@ -66,9 +68,6 @@ int Densify(const DensifyArguments& arguments) {
   request.reconstruction = ReconstructionId(arguments.reconstruction);
   request.cache_folder = ProgramCacheFolder();
   StageProgress progress;
-  request.progress = [&](std::string_view stage, size_t done, size_t total) {
-    progress.Tell(stage, done, total);
-  };
   request.report = [&](const DensifyReport& report) {
     progress.End();
     if (!report.why_cpp.empty()) {
@@ -82,7 +81,7 @@ int Densify(const DensifyArguments& arguments) {
   };
   if (auto daemon = DaemonClient::Connect(arguments.db)) {
     WarnOfThreads(arguments.threads);
-    const Status done = DensifyBeside(&*daemon, request);
+    const Status done = DensifyBeside(&*daemon, request, arguments.hours);
     return done.ok() ? kDone : Fail(done);
   }
   const StopOnSignal stop;
@@ -90,9 +89,15 @@ int Densify(const DensifyArguments& arguments) {
   options.thread_count = arguments.threads;
   const auto engine = OpenToWrite(arguments.db, options);
   if (!engine.ok()) return Fail(engine.status());
-  const auto reports = (*engine)->Densify(request, stop.token());
+  PassTime time(arguments.hours, stop.token());
+  request.progress = [&](std::string_view stage, size_t done, size_t total) {
+    progress.Tell(stage, done, total);
+    time.Look();
+  };
+  const auto reports = (*engine)->Densify(request, time.token());
   progress.End();
-  return reports.ok() ? kDone : Fail(reports.status());
+  const Status done = time.EndOf(reports.status());
+  return done.ok() ? kDone : Fail(done);
 }
 
 }  // namespace
@@ -123,6 +128,12 @@ void RegisterDensify(CLI::App* app, int* exit_code) {
           "--voxel", request.options.voxel_size,
           "Edge of a voxel in the reconstruction's units (default: as last time, 1.5 px at first)")
       ->check(AboveZero());
+  command
+      ->add_option("--hours", arguments->hours,
+                   "Stop before the next piece once so much time is over; what is finished is "
+                   "stored, and the same command goes on (default: as long as it takes)")
+      ->check(AboveZero())
+      ->check(CLI::Range(0.0, kPassHoursMax));
   command->add_flag("--json", arguments->json, "One JSON object per reconstruction");
   command->callback([=] { *exit_code = Densify(*arguments); });
 }

@@ -8,6 +8,7 @@
 
 #include "cli/daemon_json.h"
 #include "cli/printable.h"
+#include "cli/service/pass_time.h"
 #include "cli/wire/added_json.h"
 
 namespace veduta {
@@ -204,15 +205,17 @@ Result<BackupReport> BackupBeside(DaemonClient* daemon, const BackupRequest& req
   return report;
 }
 
-Status DensifyBeside(DaemonClient* daemon, const DensifyRequest& request) {
+Status DensifyBeside(DaemonClient* daemon, const DensifyRequest& request, double hours) {
   Json wanted = {{"device", request.device}};
   if (request.reconstruction.valid()) wanted["reconstruction"] = request.reconstruction.value;
   if (request.options.depth_side_px) wanted["size"] = *request.options.depth_side_px;
   if (request.options.sensor_count) wanted["sensors"] = *request.options.sensor_count;
   if (request.options.voxel_size) wanted["voxel"] = *request.options.voxel_size;
+  if (hours > 0) wanted["hours"] = hours;
   VEDUTA_ASSIGN_OR_RETURN(const Json answer, Post(daemon, "/v1/densify", wanted));
   for (const Json& report : answer.value("reports", Json::array()))
     request.report(ReportOf(report));
+  if (answer.value("time_is_over", false)) return PassTimeIsOver(hours);
   return FailureIn(answer);
 }
 

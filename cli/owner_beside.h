@@ -32,8 +32,8 @@ Result<ImportAnswer> ImportModelBeside(DaemonClient* daemon, const ImportRequest
 // As Engine::Copy and Engine::Backup; the daemon writes the folder.
 Status CopyBeside(DaemonClient* daemon, const std::string& out);
 Result<BackupReport> BackupBeside(DaemonClient* daemon, const BackupRequest& request);
-// As Engine::Densify, to the report that the request has.
-Status DensifyBeside(DaemonClient* daemon, const DensifyRequest& request);
+// As Engine::Densify, to the report that the request has, for so many hours (PassTime).
+Status DensifyBeside(DaemonClient* daemon, const DensifyRequest& request, double hours);
 
 // Says that the daemon has its own number of threads, where another one was asked for.
 void WarnOfThreads(uint32_t threads);

@@ -2,7 +2,7 @@
 // veduta serve DB [--http HOST:PORT] [--listen unix:PATH|HOST:PORT] [--threads N] [--waiting N]
 // [--waiting-bytes N] [--parts-kept S] [--trust-proxy ADDRESS] [--dense] [--dense-size PX]
 // [--device D] [--decoders sandboxed|in-process] [--doubles keep|refuse|better] [--blur PROGRAM]
-// [--log none|text|json] [--json]
+// [--memory BYTES] [--log none|text|json] [--json]
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -19,6 +19,7 @@
 #include "cli/follow_ups.h"
 #include "cli/rpc/rpc_door.h"
 #include "cli/service/http_door.h"
+#include "cli/service/memory_division.h"
 #include "cli/service_log.h"
 #include "cli/stop_on_signal.h"
 #include "cli/supervisor.h"
@@ -33,6 +34,8 @@ struct ServeArguments {
   HttpDoorOptions door;
   RpcDoorOptions rpc;  // without an address there is no RPC
   ServiceOptions service;
+  EngineOptions engine;
+  uint64_t memory_bytes = 0;  // 0: each bound is what it is by itself
   uint32_t threads = 0;
   std::string decoders = kDecodersSandboxed;
   Doubles doubles = Doubles::kKeep;
@@ -106,6 +109,20 @@ Result<std::unique_ptr<Engine>> OpenNicely(const std::string& db, const EngineOp
   return engine;
 }
 
+// Divides the memory that the arguments name, if they do.
+Status DivideMemoryOf(ServeArguments* arguments) {
+  if (arguments->memory_bytes == 0) return Status::Ok();
+  VEDUTA_ASSIGN_OR_RETURN(const MemoryDivision division, DivideMemory(arguments->memory_bytes));
+  arguments->engine.prepare_memory_bytes = division.prepare_memory_bytes;
+  arguments->engine.block_cache_bytes = division.block_cache_bytes;
+  arguments->engine.feature_cache_bytes = division.feature_cache_bytes;
+  arguments->engine.undistort_cache_bytes = division.undistort_cache_bytes;
+  arguments->door.bodies_bytes_max = division.bodies_bytes_max;
+  arguments->door.answers_bytes_max = division.answers_bytes_max;
+  arguments->rpc.bytes_max = division.rpc_bytes_max;
+  return Status::Ok();
+}
+
 // Says where the daemon listens; `rpc` is null where there is none.
 void TellAddresses(const ServeArguments& arguments, const std::string& http, const RpcDoor* rpc) {
   if (arguments.json) {
@@ -158,7 +175,7 @@ int Serve(const ServeArguments& arguments) {
   const StopOnSignal stop;
   HttpDoorOptions door = arguments.door;
   door.database = arguments.db;
-  EngineOptions options;
+  EngineOptions options = arguments.engine;
   options.thread_count = arguments.threads;
   ServiceOptions service_options = arguments.service;
   service_options.dense.request.cache_folder = ProgramCacheFolder();
@@ -252,6 +269,12 @@ void RegisterServe(CLI::App* app, int* exit_code) {
                    "Seconds after which a photo that arrives in parts, and comes no further, is "
                    "given up")
       ->capture_default_str();
+  command
+      ->add_option("--memory", arguments->memory_bytes,
+                   "Memory that preparing photos, caches, bodies and answers share, at least 1 GiB "
+                   "(default: each has its own bound)")
+      ->transform(SizeInBytes())
+      ->check(AboveZero());
   AddDenseOptions(command, &arguments->service.dense);
   AddDecodersOption(command, &arguments->decoders);
   AddDoublesOption(command, &arguments->doubles);
@@ -265,7 +288,8 @@ void RegisterServe(CLI::App* app, int* exit_code) {
                     "JSON: one object that says where it listens, then one for each photo");
   command->callback([=] {
     arguments->log = LogFormats().at(arguments->log_name);
-    *exit_code = Serve(*arguments);
+    const Status divided = DivideMemoryOf(arguments.get());
+    *exit_code = divided.ok() ? Serve(*arguments) : FailUsage(divided);
   });
 }
 

@@ -41,8 +41,8 @@ std::vector<uint8_t> PadRows(const GrayView& view, uint32_t stride) {
   return padded;
 }
 
-// Waits for what was launched where somebody may ask to stop: otherwise all would be launched before
-// it is looked whether somebody did.
+// Waits for what was launched where somebody may ask to stop: otherwise all would be launched
+// before it is looked whether somebody did.
 bool IsStopped(OpenClDevice& parts, const std::stop_token& stop) {
   if (stop.stop_possible()) parts.queue.finish();
   return stop.stop_requested();

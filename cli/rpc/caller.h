@@ -21,15 +21,14 @@
 
 namespace veduta {
 
-// The largest photo; of all connections together, bytes of photos that arrive and of points that
-// are being read. Chosen by hand, as those of HTTP.
-inline constexpr uint64_t kRpcPhotoBytesMax = 128ull << 20, kRpcBytesMax = 512ull << 20;
+// The largest photo. Chosen by hand, as that of HTTP.
+inline constexpr uint64_t kRpcPhotoBytesMax = 128ull << 20;
 
 // What all connections share.
 struct RpcShared {
-  RpcShared(CityService* s, uint64_t connections_max)
+  RpcShared(CityService* s, uint64_t connections_max, uint64_t bytes_max)
       : service(s),
-        bytes(std::make_shared<Budget>(kRpcBytesMax)),
+        bytes(std::make_shared<Budget>(bytes_max)),
         connections(std::make_shared<Budget>(connections_max)) {}
   CityService* const service;
   const std::shared_ptr<Budget> bytes, connections;

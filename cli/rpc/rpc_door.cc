@@ -139,13 +139,14 @@ Status RpcDoorOptions::Check() const {
   }
   return OptionBounds()
       .Between("connections_max", connections_max, 1, 100'000)
+      .Between("bytes_max", static_cast<double>(bytes_max), kRpcPhotoBytesMax, 0x1p40)
       .Between("threads", threads, 1, 64)
       .status();
 }
 
 struct RpcDoor::Parts {
   Parts(CityService* service, const RpcDoorOptions& o, std::function<void(const Status&)> f)
-      : options(o), failed(std::move(f)), shared(service, o.connections_max) {}
+      : options(o), failed(std::move(f)), shared(service, o.connections_max, o.bytes_max) {}
 
   // Serves connections on this thread until a stop is requested.
   void Serve() {

@@ -23,6 +23,9 @@ struct RpcDoorOptions {
   bool asks_for_tokens = false;
   // Connections at the same time, 1 to 100,000. More wait until one ends. Chosen by hand.
   uint32_t connections_max = 256;
+  // Of all connections together: bytes of photos that arrive and of points that are being read,
+  // from 128 MiB, which one photo may have, to 2^40. Chosen by hand, as those of HTTP.
+  uint64_t bytes_max = 512ull << 20;
   // Threads that take connections, 1 to 64, as of HTTP.
   uint32_t threads = 2;
 

@@ -42,7 +42,7 @@ struct ServiceOptions {
   TokenQuota quota = {100'000, 1ull << 40, 1'000};
   DenseKeeping dense;
   // Threads that take photos and answer what is told soon, and those that compute (WorkKind), 1 to
-  // 1024. A localisation takes one for as long as a photo does, so that it takes none of the others.
+  // 1024. A localisation takes one for as long as a photo does, and so takes none of the others.
   uint32_t query_threads = 4, long_threads = 2;
   // Requests that may wait for either of them, 1 to 100,000, and those of each one who asks; one
   // more is answered 503, and 429 to the same one. Chosen by hand: a page asks for hundreds of

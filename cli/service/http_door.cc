@@ -34,8 +34,8 @@ namespace {
 constexpr kj::Duration kBodyTime = 10 * kj::MINUTES;
 // How long a client may take to receive an answer, or some events. Chosen by hand.
 constexpr kj::Duration kSendTime = 60 * kj::SECONDS;
-// Of all answers that are being sent, those that are larger than small ones. Chosen by hand.
-constexpr uint64_t kAnswersBytesMax = 512ull << 20, kSmallAnswerBytes = 64 << 10;
+// Answers that are no larger do not count among those that are being sent. Chosen by hand.
+constexpr uint64_t kSmallAnswerBytes = 64 << 10;
 // How long the requests at work have when the daemon stops.
 constexpr kj::Duration kDrainTime = 5 * kj::SECONDS;
 // How often one who follows the city is told of news, and hears that the line is alive.
@@ -52,7 +52,7 @@ struct Limits {
   explicit Limits(const HttpDoorOptions& o)
       : options(o),
         bodies(std::make_shared<Budget>(o.bodies_bytes_max)),
-        answers(std::make_shared<Budget>(kAnswersBytesMax)),
+        answers(std::make_shared<Budget>(o.answers_bytes_max)),
         connections(o.connections_max),
         connections_of_owner(o.connections_max),
         followers(std::max(1u, o.connections_max / 2)) {
@@ -303,7 +303,8 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     response.entry().upload = answer.upload;
     auto share = kj::heap<BudgetShare>(limits_.answers);
     // One larger than all may be is sent alone.
-    const uint64_t bytes = std::min<uint64_t>(answer.body.size(), kAnswersBytesMax);
+    const uint64_t bytes =
+        std::min<uint64_t>(answer.body.size(), limits_.options.answers_bytes_max);
     if (bytes > kSmallAnswerBytes && !is_of_owner_ && !share->Grow(bytes)) {
       answer = ComeAgain(503, "the answers on their way fill the memory: ask again in a while", 5);
     }
@@ -457,6 +458,7 @@ Status HttpDoorOptions::Check() const {
       .Between("body_bytes_max", static_cast<double>(body_bytes_max), 1, 0x1p40)
       .AtLeast("bodies_bytes_max", static_cast<double>(bodies_bytes_max),
                static_cast<double>(body_bytes_max))
+      .Between("answers_bytes_max", static_cast<double>(answers_bytes_max), 1, 0x1p40)
       .Between("connections_max", connections_max, 1, 100'000)
       .Between("threads", threads, 1, 64)
       .status();

@@ -31,6 +31,9 @@ struct HttpDoorOptions {
   // Of all bodies together that are in memory: of photos until they are on the disk, of questions
   // until they are answered. At least body_bytes_max. Chosen by hand.
   uint64_t bodies_bytes_max = 512ull << 20;
+  // Of all answers that are being sent, those that are larger than 64 KiB; 1 to 2^40. A larger one
+  // is sent alone. Chosen by hand.
+  uint64_t answers_bytes_max = 512ull << 20;
   // Connections at the same time, 1 to 100,000. More wait until one ends. Chosen by hand.
   uint32_t connections_max = 512;
   // Threads that take connections, 1 to 64; questions that are answered at once are answered by

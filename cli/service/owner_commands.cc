@@ -4,6 +4,7 @@
 #include <limits>
 #include <string>
 
+#include "cli/service/pass_time.h"
 #include "cli/service/request_parts.h"
 #include "cli/wire/added_json.h"
 #include "cli/wire/backup_json.h"
@@ -50,6 +51,15 @@ Result<DensifyRequest> DensifyOf(const Json& wanted) {
     request.options.voxel_size = wanted["voxel"].get<double>();
   }
   return request;
+}
+
+// How long a pass may work; 0: as long as it takes.
+Result<double> HoursOf(const Json& wanted) {
+  if (!wanted.contains("hours")) return 0.0;
+  const Json& hours = wanted["hours"];
+  if (hours.is_number() && hours.get<double>() > 0 && hours.get<double>() <= kPassHoursMax)
+    return hours.get<double>();
+  return Status::InvalidArgument("'hours' is no number of hours");
 }
 
 }  // namespace
@@ -116,6 +126,8 @@ HttpAnswer OwnerCommands::CalibrateCameras() {
 HttpAnswer OwnerCommands::Densify(const Json& wanted) {
   Result<DensifyRequest> request = DensifyOf(wanted);
   if (!request.ok()) return ProblemOf(request.status());
+  const Result<double> hours = HoursOf(wanted);
+  if (!hours.ok()) return ProblemOf(hours.status());
   request->cache_folder = cache_folder_;
   Json reports = Json::array();
   request->report = [&](const DensifyReport& report) {
@@ -123,8 +135,12 @@ HttpAnswer OwnerCommands::Densify(const Json& wanted) {
     reports.back()["why_cpp"] = report.why_cpp;
   };
   const DenseKeeper::Rest rest(keeper_);  // one pass runs at a time
-  const auto done = engine_->Densify(*request, stop_.get_token());
-  return AnswerWith({{"reports", std::move(reports)}}, done.status());
+  PassTime time(*hours, stop_.get_token());
+  request->progress = [&](std::string_view, size_t, size_t) { time.Look(); };
+  const auto done = engine_->Densify(*request, time.token());
+  const bool is_over = time.HasEnded(done.status());  // which is no failure of the daemon's
+  return AnswerWith({{"reports", std::move(reports)}, {"time_is_over", is_over}},
+                    is_over ? Status::Ok() : done.status());
 }
 
 // Photos that cannot be judged and steps that fail keep nothing else from being imported.

@@ -65,7 +65,7 @@ struct TileSolution {
 // Pure and deterministic: the same bytes on the device, on any instruction set and at any number of
 // threads. Thread-safe. Some 100 bytes for each voxel of `blocks` while it runs: 90 MB at most.
 // kInvalidArgument on bad options, blocks out of reach, out of order or without a histogram;
-// kIoError if the device fails; kCancelled after a stop request, which is looked at with the energy.
+// kIoError if the device fails; kCancelled after a stop request, looked at with the energy.
 Result<TileSolution> SolveTile(const GridPlace& tile, std::span<const TileBlock> blocks,
                                const SolverOptions& options, Device* device, ThreadPool& pool,
                                const std::stop_token& stop = {});

@@ -171,6 +171,17 @@ class Densify(Case):
         densify(db)
         self.assertEqual(must('digest', db), must('digest', DENSE))
 
+    def test_stops_when_the_time_is_over(self):
+        db = copy_of(SPARSE, 'in time')
+        self.refused(1, 'stopped after 1e-09 hours: what is finished is stored', *COMMAND, db,
+                     '--hours', '1e-9')
+        code, _, err = run(*COMMAND, db, '--hours', str(SECONDS / 3 / 3600))
+        self.assertEqual(code, 1, err)
+        self.assertIn('what is finished is stored', err)
+        report = json.loads(must(*COMMAND, db, '--hours', '10', '--json'))
+        self.assertGreater(report['depth_maps']['kept'], 0)
+        self.assertEqual(must('digest', db), must('digest', DENSE))
+
     def test_usage(self):
         self.refused(1, 'there is no database', 'densify', at('nowhere'))
         self.refused(1, 'abacus', 'densify', DENSE, '--device', 'abacus')
@@ -180,7 +191,8 @@ class Densify(Case):
         self.refused(1, 'too small', 'densify', DENSE, '--voxel', '1e-12')
         self.refused(1, 'too large', 'densify', DENSE, '--voxel', '1e300')
         self.assertEqual(must('digest', DENSE), before)
-        for wrong in (('--voxel', '-1'), ('--sensors', '0'), ('--threads', '0')):
+        for wrong in (('--voxel', '-1'), ('--sensors', '0'), ('--threads', '0'),
+                      ('--hours', '0'), ('--hours', '1e9')):
             self.assertEqual(run('densify', DENSE, *wrong)[0], 2, wrong)
         empty = new_database('empty')
         self.refused(1, 'add photos first', 'densify', empty)

@@ -53,6 +53,10 @@ class Beside(Case):
             self.assertEqual(code, 1)
             self.assertIn('99', err)
             self.assertEqual(self.same(beside, alone, 'densify', ('--device', 'none such'))[0], 1)
+            # Nothing is left to do, but it is looked at piece by piece.
+            code, _, err = self.same(beside, alone, 'densify', ('--hours', '1e-9', *options))
+            self.assertEqual(code, 1)
+            self.assertIn('stopped after 1e-09 hours', err)
         self.assertEqual(must('digest', beside), must('digest', alone))
         self.assertEqual(must('verify', beside), 'sound\n')
 

@@ -36,7 +36,7 @@ class RpcConnectionTest : public testing::Test {
     EXPECT_OK(engine);
     service_ = std::make_unique<CityService>(*std::move(engine), city_.path(), ServiceOptions(),
                                              CityService::Listeners());
-    shared_ = std::make_unique<RpcShared>(service_.get(), 1);
+    shared_ = std::make_unique<RpcShared>(service_.get(), 1, 512ull << 20);
   }
 
   // One connection, with Cap'n Proto's client at its other end.

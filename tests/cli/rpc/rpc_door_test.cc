@@ -42,6 +42,9 @@ TEST(RpcDoorOptions, HaveBounds) {
     EXPECT_FALSE(
         RpcDoorOptions({.address = "[::1]:0", .connections_max = connections}).Check().ok());
   }
+  for (const uint64_t bytes : {uint64_t{0}, (uint64_t{128} << 20) - 1, (uint64_t{1} << 40) + 1})
+    EXPECT_FALSE(RpcDoorOptions({.address = "[::1]:0", .bytes_max = bytes}).Check().ok());
+  EXPECT_OK(RpcDoorOptions({.address = "[::1]:0", .bytes_max = uint64_t{128} << 20}).Check());
 }
 
 // Somebody who has come and asks to be let in.

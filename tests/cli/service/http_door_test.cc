@@ -27,6 +27,8 @@ TEST(HttpDoorOptions, HaveBounds) {
   options.body_bytes_max = options.bodies_bytes_max;
   EXPECT_TRUE(options.Check().ok());
   ExpectBounds(&HttpDoorOptions::threads, "threads", {0u, 65u}, {1u, 64u});
+  ExpectBounds(&HttpDoorOptions::answers_bytes_max, "answers_bytes_max",
+               {uint64_t{0}, (uint64_t{1} << 40) + 1}, {uint64_t{1}, uint64_t{1} << 40});
   ExpectBounds(&HttpDoorOptions::connections_max, "connections_max", {0u, 100'001u},
                {1u, 100'000u});
 }
