@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// What the city answers. Every answer owns what it holds. All answers of one Questions object are
-// read from one commit, which Questions::snapshot() names, and `snapshot` where an answer has it; a
-// later commit's is greater.
+// What the city answers. Every answer owns what it holds. All of one Questions object are read from
+// one commit, which Questions::snapshot() and `snapshot` name; a later commit's is greater.
 
 #include <array>
 #include <cstdint>
@@ -173,9 +172,7 @@ struct PointCloud {
 struct LocalizeRequest {
   PhotoSource photo;   // its path, or its bytes, must be given
   std::string camera;  // the name of a camera of the database; empty: unknown, to be estimated
-  // Where it was taken, about: near a stored photo (as of Questions::Image), as the last one of a
-  // walk, and near a place on the earth, whose height is not asked for. What was taken there is
-  // looked at first, which is faster; a photo that shows another place is sought everywhere.
+  // A stored photo and a place, whatever its height, near which it was taken: sought there first.
   std::string near = {};
   std::optional<GeoPosition> near_place = {};
 

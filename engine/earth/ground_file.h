@@ -26,11 +26,10 @@ struct GroundLine {
 // height, then x and y in the photo (px; the centre of the top left one is 0, 0), the photo's name
 // and, if the point has one, its name, with white space or tabulators between; with tabulators
 // names may have spaces. Empty lines and those that begin with # are nothing. Coordinates are
-// brought to WGS 84 by PROJ with what it has of grids at hand; it asks no server, and where it lacks
-// the one that is needed the first line is refused. A height stays as it is, where the first line
-// does not say what it is above. Longitudes come before latitudes where
-// the coordinates are degrees.
-// kInvalidArgument names the line.
+// brought to WGS 84 by PROJ with what it has of grids at hand; it asks no server, and where it
+// lacks the one that is needed the first line is refused. A height stays as it is, where the first
+// line does not say what it is above. Longitudes come before latitudes where the coordinates are
+// degrees. kInvalidArgument names the line.
 Result<std::vector<GroundLine>> ParseGroundPoints(std::string_view text);
 
 }  // namespace veduta
