@@ -49,7 +49,7 @@ class Daemon final {
 
   void Connect(kj::ArrayPtr<const uint8_t> bytes, bool is_of_owner) {
     kj::Timer& timer = io_.provider->getTimer();
-    const RpcShared shared(service_.get(), 1);
+    const RpcShared shared(service_.get(), 1, 512ull << 20);
     const bool is_stopping = false;
     const auto session = std::make_shared<RpcSession>(shared, &timer, &is_stopping, is_of_owner);
     auto pipe = kj::newTwoWayPipe();

@@ -62,7 +62,7 @@ TEST(CameraGroup, WhatWasCutOrMadeSmallerIsInNone) {
 }
 
 TEST(CameraGroup, ItsCameraIsThatOfPhotosWithItsFocalLength) {
-  testing::TemporaryFolder folder;
+  TemporaryFolder folder;
   DatabaseOptions options;
   options.create = true;
   const auto database = Database::Open(folder / "db", options);
