@@ -181,8 +181,10 @@ int Serve(const ServeArguments& arguments) {
   service_options.dense.request.cache_folder = ProgramCacheFolder();
   const Status usable = service_options.Check();
   if (!usable.ok()) return FailUsage(usable);
+  // Looking for devices may take as long as loading their drivers does.
   const std::string& device = service_options.dense.request.device;
-  const Result<DeviceList> devices = device.empty() ? DeviceList() : ListDevices(device);
+  const bool is_any = device == DensifyRequest().device;
+  const Result<DeviceList> devices = is_any ? DeviceList() : ListDevices(device);
   if (!devices.ok()) return Fail(devices.status());
   options.settle_each = true;  // the order of the photos alone decides what becomes of them
   options.decoder_program = DecoderProgram(arguments.decoders);
