@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/service/client_presence.h"
 
-#include <poll.h>
+#include <sys/poll.h>
 
 namespace veduta {
 

@@ -60,6 +60,7 @@ TEST_F(RemovalsTest, WhatIsNotThereStopsNoPass) {
   Removals removals(&city_.engine(), &keeper);
   at_work_.get_future().wait();
   EXPECT_EQ(removals.Answer(Removal("[]")).code, 400u);
+  EXPECT_EQ(removals.Answer(Removal(std::string(5 << 20, '['))).code, 413u);
   EXPECT_EQ(removals.Answer(Removal("{\"photos\": 1}")).code, 400u);
   EXPECT_EQ(removals.Answer(Removal("{\"photos\": [\"none.jpg\"]}")).code, 404u);
   HttpRequest contribution;
