@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Questions::Localize.
+#include <algorithm>
 #include <atomic>
 #include <map>
 #include <optional>
@@ -49,6 +50,22 @@ Status MaskPhoto(const Visibility& visibility, LocalizedPhoto* photo) {
   return Status::Ok();
 }
 
+// The images near which a photo was taken, each once.
+Result<std::vector<ImageId>> NearOf(const Snapshot& snapshot, const LocalizeRequest& request,
+                                    const Sight& sight) {
+  std::vector<ImageId> near;
+  if (!request.near.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(near, ImagesNear(snapshot, request.near, sight));
+  }
+  if (!request.near_place) return near;
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> there,
+                          ImagesNear(snapshot, *request.near_place));
+  for (const ImageId image : there) {
+    if (std::ranges::find(near, image) == near.end()) near.push_back(image);
+  }
+  return near;
+}
+
 void PutOnEarth(const Snapshot& snapshot, LocalizedPhoto* photo) {
   if (!photo->cam_from_world) return;
   auto on_earth = EarthPoseIn(snapshot, photo->reconstruction, *photo->cam_from_world);
@@ -76,13 +93,11 @@ Status Questions::Localize(std::span<const LocalizeRequest> photos,
     const LocalizeRequest& request = photos[i];
     const std::string name = "LocalizeRequest[" + std::to_string(i) + "]";
     VEDUTA_RETURN_IF_ERROR(OptionBounds().Part(name.c_str(), request.Check()).status());
-    if (!request.near.empty()) {
-      VEDUTA_ASSIGN_OR_RETURN(near[i], ImagesNear(*view_->snapshot, request.near, view_->sight));
-    }
-    if (request.near_place) {
-      VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> there,
-                              ImagesNear(*view_->snapshot, *request.near_place));
-      near[i].insert(near[i].end(), there.begin(), there.end());
+    if (i > 0 && request.near == photos[i - 1].near &&
+        request.near_place == photos[i - 1].near_place) {
+      near[i] = near[i - 1];
+    } else {
+      VEDUTA_ASSIGN_OR_RETURN(near[i], NearOf(*view_->snapshot, request, view_->sight));
     }
     if (request.camera.empty()) cameras[""] = std::nullopt;
     if (cameras.contains(request.camera)) continue;

@@ -239,7 +239,9 @@ class Localization final {
                           const PoseGiver& give_pose, uint64_t seed) {
     if (parts_.near.empty()) return false;
     std::vector<RankedImage> candidates;
-    for (const ImageId id : parts_.near) candidates.push_back({id, 0.0});
+    for (const ImageId id : parts_.near) {
+      if (id != image.id) candidates.push_back({id, 0.0});
+    }
     IngestOptions options = parts_.options;
     options.neighbors.extended_count_max = 0;
     VEDUTA_ASSIGN_OR_RETURN(
