@@ -17,9 +17,6 @@
 namespace veduta {
 namespace {
 
-// What `veduta camera add --from` warns of, too.
-constexpr double kResidualGoodPx = 0.3;
-
 class Importing final {
  public:
   Importing(Engine* engine, EngineParts* parts, const ImportRequest& request, ColmapModel model)

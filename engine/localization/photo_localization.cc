@@ -19,6 +19,7 @@
 #include "engine/mapping/covisible_images.h"
 #include "engine/mapping/network_covariance.h"
 #include "engine/mapping/unknown_camera.h"
+#include "engine/photo/camera_group.h"
 #include "engine/query/city_answers.h"
 #include "engine/query/forbidden.h"
 #include "engine/query/pose_uncertainty.h"
@@ -34,9 +35,6 @@ constexpr uint32_t kNetworkImagesMax = 20;
 // Standard deviation of an estimated focal length, over itself, up to which a pose is believed: the
 // photo is off by about as much of how far it sees. Chosen by hand; not measured.
 constexpr double kFocalDeviationShareMax = 0.05;
-// A focal length that a photo tells is believed where what it sees agrees to so many times: it may
-// have been cropped since, or zoomed. Chosen by hand.
-constexpr double kToldTimesMax = 1.2;
 
 // As when the photo is added, with all other poses held. Returns the photo postponed where its pose
 // is not believed.

@@ -16,8 +16,6 @@ const double kFilmDiagonalMm = std::hypot(36, 24);
 constexpr double kFocalShareMin = 0.3, kFocalShareMax = 20;
 // By so much the sides' ratio of a photo that was only made smaller may differ by rounding.
 constexpr double kRatioTimesMax = 1.02;
-// By so much a focal length that is told may differ from what it is. Chosen by hand.
-constexpr double kToldTimesMax = 1.2;
 
 // The longer side first.
 std::pair<uint32_t, uint32_t> SidesOf(uint32_t width_px, uint32_t height_px) {

@@ -11,6 +11,10 @@
 
 namespace veduta {
 
+// By so many times a focal length that a photo tells may differ from what it is; where it differs
+// by more, the photo was cropped since, or zoomed. Chosen by hand.
+inline constexpr double kToldTimesMax = 1.2;
+
 // A name for people, equal for photos with the same intrinsics: of one make, model, lens, focal
 // length, digital zoom, size and orientation, as "Apple iPhone 12, 4.2 mm, 4032x3024". Empty where
 // the photo does not tell model and focal length, as after it was sent by a messenger, and where it

@@ -13,6 +13,8 @@ namespace veduta {
 struct ConversionResidual {
   double mean_px = 0, largest_px = 0;
 };
+// Beyond this, somewhere in the photo, a person is warned of a conversion. Chosen by hand.
+inline constexpr double kResidualGoodPx = 0.3;
 
 // A CameraModel (forward distortion) with the focal length, principal point and size of `pinhole`
 // that undistorts as `inverse` does: k1 and k2 minimise, over a grid of the photo, the squared

@@ -15,9 +15,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A conversion that is off by more than this somewhere in the photo gets a warning. Chosen by hand;
-// not measured.
-constexpr double kResidualGoodPx = 0.3;
 constexpr size_t kIdsListedMax = 10;  // cameras of a cameras.txt that a message lists
 
 std::string Rounded(double value, int digits) {
