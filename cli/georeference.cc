@@ -37,10 +37,10 @@ void PrintEarth(const EarthAnswer& earth) {
       Agreeing(earth.fixes, "GPS positions").c_str(),
       Agreeing(earth.ground_points, "surveyed points").c_str());
   PrintLine(
-      "  standard deviation of the position %.3g m, of the heading %.3g degrees, of the tilt %.3g "
-      "degrees, of the scale %.3g %%",
-      earth.position_stddev_m, earth.heading_stddev_deg, earth.tilt_stddev_deg,
-      100 * earth.scale_stddev_share);
+      "  standard deviation of the position %.3g m on the plan and %.3g m in height, of the heading "
+      "%.3g degrees, of the tilt %.3g degrees, of the scale %.3g %%",
+      earth.horizontal_stddev_m, earth.vertical_stddev_m, earth.heading_stddev_deg,
+      earth.tilt_stddev_deg, 100 * earth.scale_stddev_share);
 }
 
 void PrintGroundPoint(const GroundPointAnswer& ground) {
@@ -104,14 +104,16 @@ int Georeference(const GeoreferenceArguments& arguments) {
         stderr, "veduta: %s\n",
         ("the city has no photo '" + Printable(photo) + "': its lines are left out").c_str());
   }
+  // The file says what the city cannot be told: what else it says is taken in.
+  const int exit_code = answer->unknown_photos.empty() ? kDone : kNotDone;
   if (arguments.json) {
     PrintJson(ToJson(*answer));
-    return kDone;
+    return exit_code;
   }
   for (const EarthAnswer& earth : answer->reconstructions) PrintEarth(earth);
   for (const GroundPointAnswer& ground : answer->ground_points) PrintGroundPoint(ground);
   PrintErrors(answer->ground_points);
-  return kDone;
+  return exit_code;
 }
 
 }  // namespace

@@ -41,6 +41,7 @@ Result<std::vector<ListedImage>> Questions::Images(ImageId first, uint32_t count
     listed.name = std::move(image->name);
     listed.contributor = std::move(image->contributor);
     listed.verdict = image->verdict;
+    listed.orientation = image->orientation;
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot.FindPose(image->id));
     if (!pose) continue;
     listed.reconstruction = pose->reconstruction;

@@ -6,6 +6,7 @@
 
 #include "cli/rpc/answer_messages.h"
 #include "cli/rpc/ticket_server.h"
+#include "cli/wire/place_text.h"
 
 namespace veduta {
 namespace {
@@ -121,13 +122,20 @@ std::function<PhotoSource()> ExaminationServer::Photo() {
 kj::Promise<void> ExaminationServer::localize(LocalizeContext context) {
   context.allowCancellation();
   const Sight sight = caller_.Check("POST", {"v1", "localize"}).sight;
+  const auto params = context.getParams();
+  const std::string place = TextOf(params.getPlace());
+  const std::optional<GeoPosition> near_place = place.empty() ? std::nullopt : ParsePlace(place);
+  if (!place.empty() && !near_place) {
+    kj::throwFatalException(FailureOf(Status::InvalidArgument(
+        "the place is '" + place + "', and must be LATITUDE,LONGITUDE in degrees")));
+  }
   using Answer = OfSnapshot<LocalizedPhoto>;
   return caller_
       .Ask<Answer>(
-          [photo = Photo(), camera = TextOf(context.getParams().getCamera()),
-           sight](Engine* engine) -> Result<Answer> {
+          [photo = Photo(), camera = TextOf(params.getCamera()), near = TextOf(params.getNear()),
+           near_place, sight](Engine* engine) -> Result<Answer> {
             const Questions ask = engine->Ask(sight);
-            const LocalizeRequest request{photo(), camera};
+            const LocalizeRequest request{photo(), camera, near, near_place};
             Answer answer{{}, ask.snapshot()};
             VEDUTA_RETURN_IF_ERROR(
                 ask.Localize({&request, 1},

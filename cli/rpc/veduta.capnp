@@ -112,8 +112,10 @@ interface Ticket {
 # A photo that is asked about. Questions may be asked as soon as the last chunk was written; no
 # chunk can follow the first question.
 interface Examination extends(PhotoSink) {
-  # Viewer. Where the photo was taken. `camera` is the name of a camera, empty: to be estimated.
-  localize @0 (camera :Text) -> (localized :Localized, snapshot :UInt64);
+  # Viewer. Where the photo was taken. `camera` is the name of a camera, empty: to be estimated. It
+  # is sought first near the stored photo `near`, and near `place`, "LATITUDE,LONGITUDE" in degrees,
+  # where these are not empty.
+  localize @0 (camera :Text, near :Text, place :Text) -> (localized :Localized, snapshot :UInt64);
   # Viewer. The `count` stored photos that look most like it (0: 20), best first.
   candidates @1 (camera :Text, count :UInt32) -> (candidates :List(Neighbor), snapshot :UInt64);
 }

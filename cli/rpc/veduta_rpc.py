@@ -80,7 +80,7 @@ Examination.candidates 12309695343511678577 1
 Examination.candidates() 1 1 camera:text@0 count:u32@0
 Examination.candidates= 1 1 candidates:[Neighbor]@0 snapshot:u64@0
 Examination.localize 12309695343511678577 0
-Examination.localize() 0 1 camera:text@0
+Examination.localize() 0 3 camera:text@0 near:text@1 place:text@2
 Examination.localize= 1 1 localized:Localized@0 snapshot:u64@0
 Exception 1 2 reason:text@0 obsoleteIsCallersFault:bool@0 obsoleteDurability:u16@1 type:u16@2
     trace:text@1
@@ -579,8 +579,8 @@ class Examination:
     def __init__(self, sink):
         self.sink = sink
 
-    def localize(self, camera=''):
-        return self.sink.call('Examination.localize', camera=camera).wait()
+    def localize(self, camera='', near='', place=''):
+        return self.sink.call('Examination.localize', camera=camera, near=near, place=place).wait()
 
     def candidates(self, camera='', count=0):
         return self.sink.call('Examination.candidates', camera=camera, count=count).wait()

@@ -91,6 +91,7 @@ Json ToJson(const ImageAnswer& image) {
           {"camera", image.camera.value},
           {"width", image.width_px},
           {"height", image.height_px},
+          {"orientation", image.orientation},
           {"bytes", image.size_bytes},
           {"sha256", image.sha256},
           {"contributor", image.contributor},
@@ -116,6 +117,7 @@ Json ToJson(const ListedImage& image) {
                {"reconstruction", ToJson(image.reconstruction)},
                {"unsure", image.is_unsure},
                {"hidden", image.is_hidden},
+               {"orientation", image.orientation},
                {"rotation_wxyz", nullptr},
                {"center", nullptr}};
   if (image.cam_from_world) {

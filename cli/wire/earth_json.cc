@@ -75,7 +75,8 @@ Json ToJson(const EarthAnswer& earth) {
   add("scale_stddev_share", earth.scale_stddev_share);
   add("heading_stddev_deg", earth.heading_stddev_deg);
   add("tilt_stddev_deg", earth.tilt_stddev_deg);
-  add("position_stddev_m", earth.position_stddev_m);
+  add("horizontal_stddev_m", earth.horizontal_stddev_m);
+  add("vertical_stddev_m", earth.vertical_stddev_m);
   return json;
 }
 

@@ -41,4 +41,45 @@ cv::Mat Upright(const cv::Mat& stored, int orientation) {
   }
 }
 
+Eigen::Vector2d StoredFromUpright(const Eigen::Vector2d& upright, ImageSize stored,
+                                  int orientation) {
+  Eigen::Vector2d place = upright;
+  if (orientation >= 5) std::swap(place.x(), place.y());
+  const bool is_from_right =
+                 orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8,
+             is_from_bottom =
+                 orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
+  if (is_from_right) place.x() = stored.width_px - 1.0 - place.x();
+  if (is_from_bottom) place.y() = stored.height_px - 1.0 - place.y();
+  return place;
+}
+
+Eigen::Vector2d UprightFromStored(const Eigen::Vector2d& place, ImageSize stored, int orientation) {
+  // A quarter turn is undone by one the other way; all else is its own inverse.
+  const int undone = orientation == 6 ? 8 : orientation == 8 ? 6 : orientation;
+  return StoredFromUpright(place, UprightSize(stored, orientation), undone);
+}
+
+Eigen::Matrix3d UprightCamFromStoredCam(int orientation) {
+  // The stored pixels' axes in the upright photo: the columns.
+  Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
+  switch (orientation) {
+    case 3:
+    case 4:
+      turned.topLeftCorner<2, 2>() << -1, 0, 0, -1;
+      break;
+    case 5:
+    case 6:
+      turned.topLeftCorner<2, 2>() << 0, -1, 1, 0;
+      break;
+    case 7:
+    case 8:
+      turned.topLeftCorner<2, 2>() << 0, 1, -1, 0;
+      break;
+    default:
+      break;
+  }
+  return turned;
+}
+
 }  // namespace veduta

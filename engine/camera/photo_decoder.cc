@@ -35,14 +35,20 @@ std::string Excess(const ImageSize& size, const DecodeLimits& limits) {
   return "";
 }
 
+// Whether the pixels are stored as a mirror shows the place.
+bool IsMirrored(int orientation) {
+  return orientation == 2 || orientation == 4 || orientation == 5 || orientation == 7;
+}
+
 // Sets the layout by the rule in the header; false if neither way round has the size wanted.
-bool ChooseLayout(ImageSize wanted, DecodedPhoto* photo) {
-  if (wanted.empty() || photo->upright_size == wanted) {
-    photo->layout = PhotoLayout::kUpright;
-    return true;
-  }
-  photo->layout = PhotoLayout::kAsStored;
-  return photo->stored_size == wanted;
+bool ChooseLayout(const WantedPixels& wanted, DecodedPhoto* photo) {
+  const bool has_upright = wanted.size.empty() || photo->upright_size == wanted.size,
+             has_stored = photo->stored_size == wanted.size;
+  const bool prefers_stored =
+      wanted.preferred == PhotoLayout::kAsStored && !IsMirrored(photo->orientation);
+  const bool is_upright = has_upright && !(has_stored && prefers_stored);
+  photo->layout = is_upright ? PhotoLayout::kUpright : PhotoLayout::kAsStored;
+  return has_upright || has_stored;
 }
 
 std::string WrongSizeText(const DecodedPhoto& photo, ImageSize wanted) {
@@ -90,7 +96,8 @@ std::optional<DecodedPhoto> RefuseUnseen(std::span<const uint8_t> bytes,
 }
 
 DecodedPhoto DecodeSeen(const PhotoDecoder& decoder, std::span<const uint8_t> bytes,
-                        const PhotoHeader& header, const DecodeLimits& limits, ImageSize wanted) {
+                        const PhotoHeader& header, const DecodeLimits& limits,
+                        const WantedPixels& wanted) {
   DecodedPhoto photo;
   photo.format = header.format;
   if (header.outcome == HeaderOutcome::kNoMemory) return NoMemory(std::move(photo), header.detail);
@@ -107,7 +114,7 @@ DecodedPhoto DecodeSeen(const PhotoDecoder& decoder, std::span<const uint8_t> by
     return Failed(std::move(photo), DecodeOutcome::kTooLarge, std::move(excess));
   }
   if (!ChooseLayout(wanted, &photo)) {
-    std::string text = WrongSizeText(photo, wanted);
+    std::string text = WrongSizeText(photo, wanted.size);
     return Failed(std::move(photo), DecodeOutcome::kWrongSize, std::move(text));
   }
   Pixels pixels = decoder.DecodePixels(bytes, header);
@@ -140,7 +147,7 @@ Status DecodeLimits::Check() const {
 }
 
 DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& limits,
-                         ImageSize wanted) {
+                         WantedPixels wanted) {
   try {
     if (auto refused = RefuseUnseen(bytes, limits)) return *std::move(refused);
     return DecodeSeen(DecoderInProcess(), bytes, ReadPhotoHeader(bytes), limits, wanted);
@@ -151,7 +158,8 @@ DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& lim
 }
 
 DecodedPhoto DecodePhoto(const PhotoDecoder& decoder, std::span<const uint8_t> bytes,
-                         const PhotoHeader& header, const DecodeLimits& limits, ImageSize wanted) {
+                         const PhotoHeader& header, const DecodeLimits& limits,
+                         WantedPixels wanted) {
   try {
     if (auto refused = RefuseUnseen(bytes, limits)) return *std::move(refused);
     return DecodeSeen(decoder, bytes, header, limits, wanted);

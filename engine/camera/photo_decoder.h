@@ -45,6 +45,19 @@ enum class DecodeOutcome : uint8_t {
 // Which way round the pixels are.
 enum class PhotoLayout : uint8_t { kUpright, kAsStored };
 
+// The pixels that a camera has.
+struct WantedPixels {
+  ImageSize size;  // empty: of any size, upright
+  // Of the two ways round, where the photo has this size in both: half a turn keeps it.
+  PhotoLayout preferred = PhotoLayout::kAsStored;
+};
+
+// What is preferred of a stored image, by its record's `orientation`: the way round that it was
+// decoded when it was added. A program that noted none preferred the upright photo.
+inline PhotoLayout StoredLayout(uint8_t orientation) {
+  return orientation > 1 ? PhotoLayout::kAsStored : PhotoLayout::kUpright;
+}
+
 struct DecodedPhoto {
   DecodeOutcome outcome = DecodeOutcome::kEmpty;
   std::string detail;  // why not kDecoded, for a person; empty if kDecoded
@@ -55,6 +68,11 @@ struct DecodedPhoto {
   cv::Mat bgr;                                 // CV_8UC3, blue first; empty unless kDecoded
   cv::Mat gray;  // CV_8UC1 by GrayFromBgr's formula; empty unless kDecoded
   std::vector<PixelArea> private_areas = {};  // of these images, which are filled there
+
+  // How these images are turned to stand upright, as ImageRecord::orientation.
+  uint8_t images_orientation() const {
+    return layout == PhotoLayout::kUpright ? 1 : static_cast<uint8_t>(orientation);
+  }
 };
 
 // Decodes a JPEG, PNG, TIFF (its first page), WebP or HEIF (its primary picture), recognised by its
@@ -62,19 +80,21 @@ struct DecodedPhoto {
 // palettes are looked up, alpha is dropped, colour profiles are ignored. Other kinds (CMYK, 12 bits
 // in a JPEG, floats, JPEG inside TIFF, AVIF ...) are kUnsupportedFormat with the reason.
 //
-// `wanted` is the camera's size. If the photo turned upright by its EXIF orientation has it, that
-// is what is returned; otherwise, if the photo as stored has it, the stored pixels (a camera
-// calibrated on files read without EXIF); otherwise kWrongSize. An empty `wanted` takes any size
-// and returns the photo upright.
+// `wanted` is the camera's. Where both the photo as it is stored and the photo that its EXIF
+// orientation turns upright have the size, the preferred of them is returned. As stored is how the
+// camera's sensor sees, whichever way round it is held: its principal point and its lens are of
+// those pixels. Pixels that are stored mirrored show no place that there is, so upright is preferred
+// of them. Where one alone has the size it is returned, and where none has it the photo is
+// kWrongSize.
 //
 // Deterministic; one thread; thread-safe. Never throws, never prints. Limits that Check refuses
 // are reported as kTooLarge.
 DecodedPhoto DecodePhoto(std::span<const uint8_t> bytes, const DecodeLimits& limits,
-                         ImageSize wanted = {});
+                         WantedPixels wanted = {});
 // The same by a decoder that may be another process, of a photo that it has examined. Whatever it
 // answers, the result is of the size that the header has.
 DecodedPhoto DecodePhoto(const PhotoDecoder& decoder, std::span<const uint8_t> bytes,
                          const PhotoHeader& header, const DecodeLimits& limits,
-                         ImageSize wanted = {});
+                         WantedPixels wanted = {});
 
 }  // namespace veduta

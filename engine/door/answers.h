@@ -83,8 +83,7 @@ struct StatusAnswer {
   uint64_t snapshot = 0;
   uint64_t images = 0, placed = 0, postponed = 0, rejected = 0;
   uint64_t unsure = 0;  // of the placed ones: ImageAnswer::may_stand_in
-  uint64_t cameras = 0;
-  uint64_t uploads = 0;                               // photos that wait for their turn
+  uint64_t cameras = 0, uploads = 0;                  // uploads: photos that wait for their turn
   uint64_t backlog = 0;                               // images that are still to be tried again
   uint32_t vocabulary_generation = 0;                 // 0: none yet
   std::vector<ReconstructionAnswer> reconstructions;  // living ones; most images first, then ids
@@ -137,7 +136,7 @@ struct ImageAnswer {
   uint32_t contribution = 0;          // that it came with; 0: with none, or not noted
   bool is_hidden = false;             // a curator has hidden it; told to those alone who see it
   CameraId camera;
-  uint32_t width_px = 0, height_px = 0;
+  uint32_t width_px = 0, height_px = 0, orientation = 0;  // as ImageRecord has them
   uint64_t size_bytes = 0;
   std::string sha256;  // of the photo's bytes, in hexadecimal
   std::string contributor;
@@ -158,6 +157,7 @@ struct ListedImage {
   ReconstructionId reconstruction;  // valid if it has a pose
   bool is_unsure = false;           // ImageAnswer::may_stand_in; no pose is told then
   bool is_hidden = false;           // ImageAnswer::is_hidden
+  uint32_t orientation = 0;         // ImageAnswer::orientation
   std::optional<PlainPose> cam_from_world;
 };
 

@@ -45,9 +45,9 @@ struct EarthAnswer {
   std::array<double, 3> translation = {0, 0, 0};
   FitTally fixes, ground_points;  // that it was fitted to
   // Standard deviations: of the scale over itself, of the rotation about up, of the other two
-  // together, and of the middle of what is told, all axes together.
+  // together, and of the middle of what is told, on the plan (both axes together) and in height.
   double scale_stddev_share = 0, heading_stddev_deg = 0, tilt_stddev_deg = 0;
-  double position_stddev_m = 0;
+  double horizontal_stddev_m = 0, vertical_stddev_m = 0;
 };
 
 // A surveyed point, beside where the photos show it.

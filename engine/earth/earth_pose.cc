@@ -83,7 +83,8 @@ EarthAnswer EarthAnswerOf(const Georeference& georeference) {
   answer.scale_stddev_share = std::sqrt(c(0, 0));
   answer.tilt_stddev_deg = kDegrees * std::sqrt(c(1, 1) + c(2, 2));
   answer.heading_stddev_deg = kDegrees * std::sqrt(c(3, 3));
-  answer.position_stddev_m = std::sqrt(c(4, 4) + c(5, 5) + c(6, 6));
+  answer.horizontal_stddev_m = std::sqrt(c(4, 4) + c(5, 5));
+  answer.vertical_stddev_m = std::sqrt(c(6, 6));
   return answer;
 }
 

@@ -23,7 +23,8 @@ struct GroundLine {
 
 // The first line names the coordinates: "EPSG:25833" or what else PROJ knows by its name, a
 // definition that begins with "+proj=", or "WGS84 UTM 33N". Each other line has east, north and
-// height, then x and y in the photo (px; the centre of the top left one is 0, 0), the photo's name
+// height, then x and y in the photo as it stands upright (px; the centre of the top left one is 0,
+// 0; it has its lens), the photo's name
 // and, if the point has one, its name, with white space or tabulators between; with tabulators
 // names may have spaces. Empty lines and those that begin with # are nothing. Coordinates are
 // brought to WGS 84 by PROJ with what it has of grids at hand; it asks no server, and where it

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "engine/camera/orientation.h"
 #include "engine/camera/private_areas.h"
 #include "engine/ingest/counterparts.h"
 #include "engine/ingest/local_unplacing.h"
@@ -25,6 +26,7 @@ ImageRecord ExchangedRecord(const ImageRecord& stored, const ImageRecord& better
   record.camera = better.camera;
   record.width_px = better.width_px;
   record.height_px = better.height_px;
+  record.orientation = better.orientation;
   record.size_bytes = better.size_bytes;
   record.feature_count = better.feature_count;
   record.media_type = better.media_type;
@@ -89,11 +91,13 @@ Status AddWords(const Snapshot& snapshot, ImageId stored, std::span<const WordId
   return Status::Ok();
 }
 
-// Surveyed points lie in the pixels of the photo.
+// Surveyed points lie in the pixels of the upright photo.
 Status ScaleSightings(const Snapshot& snapshot, const ImageRecord& stored,
                       const ImageRecord& better, Transaction* transaction) {
-  const double across = static_cast<double>(better.width_px) / stored.width_px,
-               down = static_cast<double>(better.height_px) / stored.height_px;
+  const ImageSize size = UprightSize({better.width_px, better.height_px}, better.orientation),
+                  before = UprightSize({stored.width_px, stored.height_px}, stored.orientation);
+  const double across = static_cast<double>(size.width_px) / before.width_px,
+               down = static_cast<double>(size.height_px) / before.height_px;
   VEDUTA_ASSIGN_OR_RETURN(std::vector<GroundPoint> points, snapshot.ListGroundPoints());
   for (GroundPoint& point : points) {
     const auto sighting = std::ranges::find(point.sightings, stored.id, &GroundSighting::image);
@@ -122,8 +126,9 @@ Status AppendTries(const IngestParts& parts, const Snapshot& snapshot, ImageId i
 }  // namespace
 
 bool IsLarger(const ImageRecord& record, const ImageRecord& stored) {
-  return uint64_t{record.width_px} * record.height_px >
-         uint64_t{stored.width_px} * stored.height_px;
+  const auto turns = [](const ImageRecord& image) { return std::max<int>(1, image.orientation); };
+  return turns(record) == turns(stored) && uint64_t{record.width_px} * record.height_px >
+                                               uint64_t{stored.width_px} * stored.height_px;
 }
 
 Result<bool> ShowsWhatIsFilled(const Snapshot& snapshot, const ImageRecord& record,

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <tuple>
 
+#include "engine/camera/orientation.h"
 #include "engine/camera/projection.h"
 
 namespace veduta {
@@ -19,7 +20,7 @@ std::vector<Eigen::Vector2f> PlacesOf(const PictureCopy& copy, double width_px, 
   std::vector<Eigen::Vector2f> places;
   places.reserve(copy.features.size());
   for (const Keypoint& keypoint : copy.features.keypoints) {
-    const Eigen::Vector2d place = PlaceInPicture(copy.camera, keypoint);
+    const Eigen::Vector2d place = PlaceInPicture(copy, keypoint);
     places.emplace_back(place.x() * width_px, place.y() * height_px);
   }
   return places;
@@ -36,15 +37,23 @@ uint32_t DifferenceOf(const uint8_t* a, const uint8_t* b) {
 
 }  // namespace
 
-Eigen::Vector2d PlaceInPicture(const CameraModel& camera, const Keypoint& keypoint) {
+ImageSize PictureCopy::upright_size() const {
+  return UprightSize({camera.width_px, camera.height_px}, orientation);
+}
+
+Eigen::Vector2d PlaceInPicture(const PictureCopy& copy, const Keypoint& keypoint) {
+  const CameraModel& camera = copy.camera;
   Eigen::Vector2d px(keypoint.x_px, keypoint.y_px);
   if (IsDistorted(camera)) px = DistortPixel(camera, px);
-  return {(px.x() + 0.5) / camera.width_px, (px.y() + 0.5) / camera.height_px};
+  px = UprightFromStored(px, {camera.width_px, camera.height_px}, copy.orientation);
+  const ImageSize size = copy.upright_size();
+  return {(px.x() + 0.5) / size.width_px, (px.y() + 0.5) / size.height_px};
 }
 
 std::vector<FeatureMatch> FindCounterparts(const PictureCopy& first, const PictureCopy& second) {
-  const double width_px = std::min(first.camera.width_px, second.camera.width_px),
-               height_px = std::min(first.camera.height_px, second.camera.height_px);
+  const ImageSize size = first.upright_size(), other_size = second.upright_size();
+  const double width_px = std::min(size.width_px, other_size.width_px),
+               height_px = std::min(size.height_px, other_size.height_px);
   const std::vector<Eigen::Vector2f> places = PlacesOf(first, width_px, height_px),
                                      others = PlacesOf(second, width_px, height_px);
   std::vector<std::tuple<uint32_t, FeatureIndex, FeatureIndex>> alike;

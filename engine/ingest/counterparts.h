@@ -7,6 +7,7 @@
 
 #include "storage/model/camera.h"
 #include "storage/model/features.h"
+#include "storage/model/image_size.h"
 
 namespace veduta {
 
@@ -14,10 +15,13 @@ namespace veduta {
 struct PictureCopy {
   const CameraModel& camera;
   const Features& features;
+  uint8_t orientation = 0;  // as ImageRecord has it
+
+  ImageSize upright_size() const;
 };
 
-// Where the feature lies in the photo as it is stored, over the photo's size: [0, 1] x [0, 1].
-Eigen::Vector2d PlaceInPicture(const CameraModel& camera, const Keypoint& keypoint);
+// Where the feature lies in the photo with its lens, upright, over its size: [0, 1] x [0, 1].
+Eigen::Vector2d PlaceInPicture(const PictureCopy& copy, const Keypoint& keypoint);
 
 // Which feature of `second` shows what a feature of `first` shows: those that lie at the same place
 // of the picture and look alike, the most alike first, each feature once. Ascending in a, which is

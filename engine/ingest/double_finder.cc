@@ -6,8 +6,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "engine/camera/orientation.h"
 #include "engine/camera/photo_decoder.h"
-#include "engine/ingest/counterparts.h"
 #include "engine/ingest/neighbor_finder.h"
 
 namespace veduta {
@@ -23,15 +23,15 @@ constexpr int kSidePx = 128, kCellPx = 8;  // the size that pictures are compare
 constexpr double kMeanDifferenceMax = 4, kCellDifferenceMax = 12;  // of 255
 constexpr double kGainMax = 1.25;                                  // and its inverse
 
-// The picture in grey, as its features were extracted; empty where it cannot be decoded.
+// The picture in grey, upright; empty where it cannot be decoded.
 Result<cv::Mat> GrayOf(const Snapshot& snapshot, const PhotoDecoder& decoder,
-                       const ContentHash& photo, const CameraModel& camera) {
-  VEDUTA_ASSIGN_OR_RETURN(const StoredBytes bytes, snapshot.GetPhoto(photo));
+                       const ImageRecord& image) {
+  VEDUTA_ASSIGN_OR_RETURN(const StoredBytes bytes, snapshot.GetPhoto(image.photo));
   const DecodedPhoto decoded =
       DecodePhoto(decoder, bytes.bytes(), decoder.Examine(bytes.bytes()).header, DecodeLimits(),
-                  {camera.width_px, camera.height_px});
+                  {{image.width_px, image.height_px}, StoredLayout(image.orientation)});
   if (decoded.outcome == DecodeOutcome::kNoMemory) return Status::NoMemory(decoded.detail);
-  return decoded.gray;
+  return decoded.gray.empty() ? cv::Mat() : Upright(decoded.gray, image.orientation);
 }
 
 // Whether both say when they were taken, and differ by more than a copy's rounding does.
@@ -41,19 +41,19 @@ bool AreOfDifferentTimes(const ImageRecord& a, const ImageRecord& b) {
 
 }  // namespace
 
-bool MatchAsOnePicture(const CameraModel& first, const Features& first_features,
-                       const CameraModel& second, const Features& second_features,
+bool MatchAsOnePicture(const PictureCopy& first, const PictureCopy& second,
                        std::span<const FeatureMatch> matches) {
   if (matches.size() < kMatchesMin) return false;
-  const double across = static_cast<double>(first.width_px) / second.width_px,
-               down = static_cast<double>(first.height_px) / second.height_px;
-  const double width_px = std::min(first.width_px, second.width_px),
-               height_px = std::min(first.height_px, second.height_px);
+  const ImageSize size = first.upright_size(), other = second.upright_size();
+  const double across = static_cast<double>(size.width_px) / other.width_px,
+               down = static_cast<double>(size.height_px) / other.height_px;
+  const double width_px = std::min(size.width_px, other.width_px),
+               height_px = std::min(size.height_px, other.height_px);
   // Both sides were rounded to whole pixels.
   if (std::abs(across / down - 1) > 1.5 / std::min(width_px, height_px)) return false;
   const auto agreeing = std::ranges::count_if(matches, [&](const FeatureMatch& match) {
-    const Eigen::Vector2d off = PlaceInPicture(first, first_features.keypoints[match.a]) -
-                                PlaceInPicture(second, second_features.keypoints[match.b]);
+    const Eigen::Vector2d off = PlaceInPicture(first, first.features.keypoints[match.a]) -
+                                PlaceInPicture(second, second.features.keypoints[match.b]);
     return std::hypot(off.x() * width_px, off.y() * height_px) <= kErrorPxMax;
   });
   return static_cast<double>(agreeing) >= kAgreeingShareMin * static_cast<double>(matches.size());
@@ -101,17 +101,18 @@ Result<std::optional<StoredDouble>> FindDouble(const Snapshot& snapshot,
     if (AreOfDifferentTimes(photo.record, image)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
     VEDUTA_ASSIGN_OR_RETURN(const auto other, features->Get(snapshot, image.id));
-    if (!MatchAsOnePicture(photo.camera, *photo.features.features, camera.model, *other->features,
-                           pair->matches))
-      continue;
+    const PictureCopy copy{photo.camera, *photo.features.features, photo.record.orientation},
+        stored{camera.model, *other->features, image.orientation};
+    if (!MatchAsOnePicture(copy, stored, pair->matches)) continue;
     ++decoded;
-    const Result<cv::Mat> ours = GrayOf(snapshot, decoder, photo.record.photo, photo.camera),
-                          theirs = GrayOf(snapshot, decoder, image.photo, camera.model);
+    const Result<cv::Mat> ours = GrayOf(snapshot, decoder, photo.record),
+                          theirs = GrayOf(snapshot, decoder, image);
     if (!theirs.ok() && IsCandidateDamaged(theirs.status())) continue;
     VEDUTA_RETURN_IF_ERROR(ours.status());
     VEDUTA_RETURN_IF_ERROR(theirs.status());
     if (ours->empty() || theirs->empty() || !ShowTheSame(*ours, *theirs)) continue;
-    const double scale = static_cast<double>(photo.camera.width_px) / camera.model.width_px;
+    const double scale =
+        static_cast<double>(copy.upright_size().width_px) / stored.upright_size().width_px;
     return std::optional(StoredDouble{std::move(image), scale});
   }
   return std::optional<StoredDouble>();

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "engine/camera/decoder.h"
+#include "engine/ingest/counterparts.h"
 #include "engine/mapping/pair_matches.h"
 #include "engine/photo/image_features.h"
 #include "storage/database.h"
@@ -24,10 +25,9 @@ struct StoredDouble {
   double scale = 1;  // the new photo's width over that of the stored one
 };
 
-// Whether two photos match as one picture does with itself: their sizes have one ratio, and nearly
+// Whether two photos match as one picture does with itself: their sizes, upright, have one ratio, and nearly
 // all of the matches lie where that ratio puts them. `a` of a match is a feature of the first.
-bool MatchAsOnePicture(const CameraModel& first, const Features& first_features,
-                       const CameraModel& second, const Features& second_features,
+bool MatchAsOnePicture(const PictureCopy& first, const PictureCopy& second,
                        std::span<const FeatureMatch> matches);
 
 // Whether two pictures (CV_8UC1, not empty) of about one shape show the same in all of their parts,

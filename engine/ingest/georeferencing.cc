@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/camera/orientation.h"
 #include "engine/earth/earth_fit.h"
 #include "engine/earth/earth_pose.h"
 #include "engine/earth/local_frame.h"
@@ -31,7 +32,7 @@ constexpr double kOriginDistanceMax = 50'000;
 
 // What a look is made from.
 struct Told {
-  std::vector<Rigid3> cams;
+  std::vector<Rigid3> cams;  // of the photos upright
   struct Fix {
     Eigen::Vector3d center;
     GpsFix gps;
@@ -50,10 +51,13 @@ Result<Told> WhatIsTold(const Snapshot& snapshot, ReconstructionId reconstructio
   Status inner;
   VEDUTA_RETURN_IF_ERROR(snapshot.ScanPoses([&](const PoseRecord& pose) {
     if (pose.reconstruction != reconstruction) return true;
-    told.cams.push_back(pose.cam_from_world);
     Result<ImageRecord> image = snapshot.GetImage(pose.image);
     inner = image.status();
-    if (!inner.ok() || !image->gps) return inner.ok();
+    if (!inner.ok()) return false;
+    const Rigid3 upright_from_cam{Eigen::Quaterniond(UprightCamFromStoredCam(image->orientation)),
+                                  Eigen::Vector3d::Zero()};
+    told.cams.push_back(upright_from_cam * pose.cam_from_world);
+    if (!image->gps) return true;
     const auto next = static_cast<uint32_t>(contributors.size() + 1);
     const uint32_t contributor = contributors.try_emplace(image->contributor, next).first->second;
     told.fixes.push_back({pose.cam_from_world.Center(), *image->gps, contributor});

@@ -13,6 +13,7 @@ ImageRecord NewRecord(const PreparedPhoto& photo, CameraId camera, const std::st
   record.camera = camera;
   record.width_px = photo.width_px;
   record.height_px = photo.height_px;
+  record.orientation = photo.orientation;
   record.size_bytes = photo.size_bytes;
   record.feature_count = static_cast<uint32_t>(photo.features.size());
   record.contributor = contributor;

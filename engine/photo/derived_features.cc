@@ -17,7 +17,8 @@ Result<Features> Derive(const Snapshot& snapshot, const ImageRecord& image,
   if (!bytes.ok()) return stored;
   const PhotoPreparer preparer(nullptr, tables, PrepareOptions(), decoder);
   PreparedPhoto photo = preparer.Extract(
-      {image.name, "", std::vector<uint8_t>(bytes->bytes().begin(), bytes->bytes().end())}, camera);
+      {image.name, "", std::vector<uint8_t>(bytes->bytes().begin(), bytes->bytes().end())}, camera,
+      StoredLayout(image.orientation));
   VEDUTA_RETURN_IF_ERROR(photo.failure);
   const bool is_same = photo.hash == image.photo && photo.reason == Reason::kNone &&
                        photo.features.size() == image.feature_count;

@@ -194,11 +194,11 @@ Result<Features> PhotoPreparer::ExtractFeaturesOf(const cv::Mat& gray) const {
 }
 
 void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes, const PhotoHeader& header,
-                                 const std::optional<CameraModel>& camera,
+                                 const std::optional<CameraModel>& camera, PhotoLayout preferred,
                                  PreparedPhoto* photo) const {
   Stopwatch watch;
-  const ImageSize wanted = camera ? ImageSize{camera->width_px, camera->height_px} : ImageSize{};
-  DecodedPhoto decoded = DecodePhoto(decoder_, bytes, header, options_.limits, wanted);
+  const ImageSize size = camera ? ImageSize{camera->width_px, camera->height_px} : ImageSize{};
+  DecodedPhoto decoded = DecodePhoto(decoder_, bytes, header, options_.limits, {size, preferred});
   photo->decode_ms += watch.LapMs();
   if (decoded.outcome == DecodeOutcome::kNoMemory) {
     photo->failure = Status::NoMemory(decoded.detail);
@@ -209,6 +209,7 @@ void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes, const PhotoHead
   if (decoded.outcome != DecodeOutcome::kDecoded) return;
   photo->width_px = static_cast<uint32_t>(decoded.gray.cols);
   photo->height_px = static_cast<uint32_t>(decoded.gray.rows);
+  photo->orientation = decoded.images_orientation();
 
   cv::Mat gray = decoded.gray;
   const bool distorted = camera && IsDistorted(*camera);
@@ -251,7 +252,8 @@ void PhotoPreparer::ExtractBytes(std::span<const uint8_t> bytes, const PhotoHead
 }
 
 PreparedPhoto PhotoPreparer::Extract(const PhotoSource& source,
-                                     const std::optional<CameraModel>& camera) const {
+                                     const std::optional<CameraModel>& camera,
+                                     PhotoLayout preferred) const {
   PreparedPhoto photo;
   try {
     std::vector<uint8_t> own;
@@ -260,7 +262,7 @@ PreparedPhoto PhotoPreparer::Extract(const PhotoSource& source,
     const PhotoHeader header = decoder_.Examine(*bytes).header;
     const MemoryBudget::Share share =
         TakeMemory(NeededBytes(bytes->size(), header.stored_size.pixel_count()));
-    ExtractBytes(*bytes, header, camera, &photo);
+    ExtractBytes(*bytes, header, camera, preferred, &photo);
   } catch (const std::exception&) {
     photo.failure = NotEnoughMemory();
   }
@@ -284,7 +286,7 @@ Result<PreparedPhoto> PhotoPreparer::PrepareWithin(const PhotoSource& source,
   photo.gps = examined.gps;
   photo.taken = examined.taken;
   photo.media_type = MediaTypeOf(examined.header.format);
-  ExtractBytes(*bytes, examined.header, camera, &photo);
+  ExtractBytes(*bytes, examined.header, camera, PhotoLayout::kAsStored, &photo);
   if (photo.reason == Reason::kNone && photo.failure.ok()) {
     VEDUTA_RETURN_IF_ERROR(
         database_->WritePhotoAhead(photo.hash, *bytes, photo.features, {source.name, contributor}));

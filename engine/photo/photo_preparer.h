@@ -56,6 +56,7 @@ struct PreparedPhoto {
   ContentHash hash;
   uint64_t size_bytes = 0;
   uint32_t width_px = 0, height_px = 0;
+  uint8_t orientation = 0;  // as ImageRecord has it
   std::optional<GpsFix> gps;
   std::optional<TakenTime> taken;
   std::string media_type;
@@ -111,8 +112,10 @@ class PhotoPreparer final {
   // The photo upright, of any size. As Prepare, it waits for the memory that decoding takes.
   DecodedPhoto Decode(std::span<const uint8_t> bytes) const;
   // What Prepare does without the database, for queries by a photo that is not added. Without a
-  // camera the photo is taken for one without distortion, of any size.
-  PreparedPhoto Extract(const PhotoSource& source, const std::optional<CameraModel>& camera) const;
+  // camera the photo is taken for one without distortion, of any size. `preferred` of a photo that
+  // is stored: StoredLayout.
+  PreparedPhoto Extract(const PhotoSource& source, const std::optional<CameraModel>& camera,
+                        PhotoLayout preferred = PhotoLayout::kAsStored) const;
   const PhotoDecoder& decoder() const { return decoder_; }
 
  private:
@@ -125,7 +128,8 @@ class PhotoPreparer final {
   uint64_t NeededBytes(uint64_t size_bytes, uint64_t pixel_count) const;
   MemoryBudget::Share TakeMemory(uint64_t bytes) const;
   void ExtractBytes(std::span<const uint8_t> bytes, const PhotoHeader& header,
-                    const std::optional<CameraModel>& camera, PreparedPhoto* photo) const;
+                    const std::optional<CameraModel>& camera, PhotoLayout preferred,
+                    PreparedPhoto* photo) const;
 
   Result<PreparedPhoto> PrepareWithin(const PhotoSource& source, const CameraModel& camera,
                                       const std::string& contributor) const;

@@ -221,6 +221,7 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
   answer.camera = image.camera;
   answer.width_px = image.width_px;
   answer.height_px = image.height_px;
+  answer.orientation = image.orientation;
   answer.size_bytes = image.size_bytes;
   answer.sha256 = image.photo.Hex();
   answer.contributor = image.contributor;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "engine/camera/orientation.h"
 #include "engine/camera/projection.h"
 #include "engine/mapping/triangulation.h"
 
@@ -53,7 +54,9 @@ Result<std::vector<SeenGroundPoint>> SeeGroundPoints(const Snapshot& snapshot,
       if (!pose) continue;
       VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(sighting.image));
       VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
-      const auto undistorted = UndistortPixel(camera.model, {sighting.x_px, sighting.y_px});
+      const Eigen::Vector2d place = StoredFromUpright(
+          {sighting.x_px, sighting.y_px}, {image.width_px, image.height_px}, image.orientation);
+      const auto undistorted = UndistortPixel(camera.model, place);
       if (!undistorted) continue;
       views[pose->reconstruction].push_back(
           {pose->cam_from_world, Pinhole(camera.model), *undistorted});

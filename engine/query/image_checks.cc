@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/camera/exif.h"
+#include "engine/camera/orientation.h"
 #include "engine/camera/photo_header.h"
 #include "engine/camera/projection.h"
 #include "engine/query/checked_city.h"
@@ -158,7 +159,8 @@ Status CompareFeatures(const CheckedCity& city, const ImageRecord& image,
   if (camera == city.cameras.end() || !stored.ok()) return Status::Ok();  // other checks say so
   const PhotoSource source{image.name, image.name,
                            std::vector<uint8_t>(photo.begin(), photo.end())};
-  const PreparedPhoto again = city.preparer->Extract(source, camera->second.model);
+  const PreparedPhoto again =
+      city.preparer->Extract(source, camera->second.model, StoredLayout(image.orientation));
   VEDUTA_RETURN_IF_ERROR(again.failure);
   violations->Expect(
       again.reason == Reason::kNone && again.features.keypoints == stored->keypoints &&
@@ -192,14 +194,17 @@ Status CheckPhoto(const CheckedCity& city, const ImageRecord& image, std::string
   });
   if (!city.deep) return Status::Ok();
   const PhotoHeader header = ReadPhotoHeader(bytes);
-  const bool is_turned = header.orientation > 4;  // EXIF 5 to 8 exchange the sides
-  const ImageSize upright{is_turned ? header.stored_size.height_px : header.stored_size.width_px,
-                          is_turned ? header.stored_size.width_px : header.stored_size.height_px};
   const ImageSize recorded{image.width_px, image.height_px};
+  const bool is_upright = UprightSize(header.stored_size, header.orientation) == recorded,
+             is_as_stored = header.stored_size == recorded;
+  violations->Expect(header.outcome == HeaderOutcome::kRead && (is_upright || is_as_stored), [&] {
+    return NameOf(image.id) + ": the stored photo is not of the recorded size";
+  });
+  // One that was added before its orientation was noted has none.
   violations->Expect(
-      header.outcome == HeaderOutcome::kRead &&
-          (upright == recorded || header.stored_size == recorded),  // as DecodePhoto takes them
-      [&] { return NameOf(image.id) + ": the stored photo is not of the recorded size"; });
+      image.orientation == 0 || (image.orientation == 1 && is_upright) ||
+          (image.orientation == header.orientation && is_as_stored),
+      [&] { return NameOf(image.id) + ": the stored photo does not say that it is turned so"; });
   // One that was added before positions were read has none.
   violations->Expect(!image.gps || image.gps == ReadExifGps(header.exif), [&] {
     return NameOf(image.id) + ": the stored photo does not say that it was taken there";

@@ -190,6 +190,7 @@ Status RecoverImage(ImageId id, const Remains& remains, const std::string& damag
   record.camera = camera->id;
   record.width_px = prepared.width_px;
   record.height_px = prepared.height_px;
+  record.orientation = prepared.orientation;
   VEDUTA_RETURN_IF_ERROR(FillFromPhoto(*bytes, *healing, &record));
   record.feature_count = static_cast<uint32_t>(prepared.features.size());
   healing->notes.Add(damage, "the record of photo '" + record.name + "' is made again");

@@ -91,9 +91,9 @@ Result<std::shared_ptr<const View>> ViewLoader::Load(const SceneImage& image) {
 
 Result<View> ViewLoader::Make(const SceneImage& image) {
   VEDUTA_ASSIGN_OR_RETURN(const StoredBytes bytes, snapshot_->GetPhoto(image.record.photo));
-  const DecodedPhoto photo =
-      DecodePhoto(decoder_, bytes.bytes(), decoder_.Examine(bytes.bytes()).header, DecodeLimits(),
-                  {image.camera.width_px, image.camera.height_px});
+  const DecodedPhoto photo = DecodePhoto(
+      decoder_, bytes.bytes(), decoder_.Examine(bytes.bytes()).header, DecodeLimits(),
+      {{image.camera.width_px, image.camera.height_px}, StoredLayout(image.record.orientation)});
   if (photo.outcome == DecodeOutcome::kNoMemory) {
     return Status::NoMemory(image.record.name + ": " + photo.detail);
   }

@@ -27,7 +27,7 @@ struct GpsFix {
 
 struct GroundSighting {
   ImageId image;
-  double x_px = 0, y_px = 0;  // in the photo as it was taken, upright
+  double x_px = 0, y_px = 0;  // in the photo upright, with its lens
   bool operator==(const GroundSighting&) const = default;
 };
 

@@ -33,10 +33,13 @@ struct ImageRecord {
   Reason reason = Reason::kNone;
   std::string detail;         // the reason with its numbers, for a person
   std::optional<GpsFix> gps;  // what the photo says of where it was taken
-  // The next three are not part of the digest: an earlier program left them unset.
+  // The next four are not part of the digest: an earlier program left them unset.
   std::optional<TakenTime> taken;  // what the photo says of when it was taken
   std::string media_type;          // of its bytes, "image/jpeg"; empty: not noted
   uint32_t contribution = 0;       // that it came with; 0: with none, or not noted
+  // How its pixels, the way round that its camera has them, are turned for the photo to stand
+  // upright: EXIF's number of that, 1 to 8. 1: they are upright; 0: not noted.
+  uint8_t orientation = 0;
 };
 
 }  // namespace veduta

@@ -12,6 +12,7 @@
 namespace veduta {
 namespace {
 
+constexpr uint8_t kOrientationMax = 8;  // EXIF 2.32, tag 274
 // In a key of `names` a byte 0 is followed by what it means.
 constexpr char kZero = '\0', kEndOfName = '\1', kZeroOfName = '\xff';
 
@@ -127,6 +128,8 @@ Status Check(const ImageRecord& image) {
     return Broken("verdict", static_cast<uint64_t>(image.verdict), "a known one");
   if (!Known(image.reason))
     return Broken("reason", static_cast<uint64_t>(image.reason), "a known one");
+  if (image.orientation > kOrientationMax)
+    return Broken("orientation", uint64_t{image.orientation}, "0 to 8");
   if (image.taken) VEDUTA_RETURN_IF_ERROR(Check(*image.taken));
   return image.gps ? Check(*image.gps) : Status::Ok();
 }
@@ -152,6 +155,7 @@ Result<std::string> Encode(const ImageRecord& image) {
     if (image.taken) Fill(to.initTaken(), *image.taken);
     if (!image.media_type.empty()) to.setMediaType(AsText(image.media_type));
     to.setContribution(image.contribution);
+    to.setOrientation(image.orientation);
   });
 }
 
@@ -178,6 +182,7 @@ Status Decode(std::string_view value, ImageId id, ImageRecord* image) {
     if (from.hasTaken()) image->taken = Read(from.getTaken());
     image->media_type = FromText(from.getMediaType());
     image->contribution = from.getContribution();
+    image->orientation = from.getOrientation();
     return Damaged(Check(*image));
   });
 }

@@ -158,6 +158,7 @@ struct Image {
   taken @13 :Taken;
   mediaType @14 :Text;
   contribution @15 :UInt32;
+  orientation @16 :UInt8;
 }
 
 struct Taken {

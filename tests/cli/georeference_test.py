@@ -172,9 +172,15 @@ class Georeference(Case):
         with open(at('beside.txt'), 'a', encoding='utf-8') as file:
             file.write('15.44 47.07 350 1 2 none.jpg point9\n')
         with Daemon(beside) as daemon:
-            told = ask('georeference', beside, '--gcp', at('beside.txt'), '--by', 'surveyor')
-            self.assertEqual(told, ask('georeference', alone, '--gcp', at('beside.txt'), '--by',
-                                       'surveyor'))
+            answers = []
+            for db in (beside, alone):
+                code, out, err = run('georeference', db, '--gcp', at('beside.txt'), '--by',
+                                     'surveyor', '--json')
+                self.assertEqual(code, 1, 'a line is left out')
+                self.assertIn("no photo 'none.jpg'", err)
+                answers.append(json.loads(out))
+            told = answers[0]
+            self.assertEqual(told, answers[1])
             self.assertEqual(told['unknown_photos'], ['none.jpg'])
             self.refused(1, __file__ + ': line 1', 'georeference', beside, '--gcp', __file__)
             self.assertEqual(daemon.ask('POST', '/v1/georeference')[0], 403)

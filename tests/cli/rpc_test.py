@@ -173,6 +173,10 @@ class Asking(Rpc):
         self.assertEqual((localized.stored, localized.reason), (http['stored'], http['reason']))
         ranked = examined.candidates('c', 3).candidates
         self.assertEqual((len(ranked), ranked[0].name), (3, name_of(5)))
+        near = self.city.examine(photo(5)).localize('c', near=name_of(4)).localized
+        self.assertEqual(near.verdict, 'placed')
+        self.fails(404, 'absent.jpg', self.city.examine(photo(5)).localize, 'c', 'absent.jpg')
+        self.fails(400, 'LATITUDE', self.city.examine(photo(5)).localize, 'c', '', '47')
         nothing = self.city.examine(b'no photo').localize('c').localized
         self.assertEqual((nothing.verdict, nothing.pose), ('rejected', None))
         self.fails(400, 'no bytes', self.city.examine(b'').localize)

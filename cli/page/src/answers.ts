@@ -13,7 +13,8 @@ export type Verdict =
   | "duplicate"
   | "failed";
 
-// One image of GET /v1/photos. x_cam = R (x_world - center); x to the right, y down, z forward.
+// One image of GET /v1/photos. x_cam = R (x_world - center); x to the right, y down, z forward, of
+// the photo before `orientation` (EXIF's number) turns it upright.
 export interface Photo {
   id: number;
   image: string;
@@ -22,6 +23,7 @@ export interface Photo {
   reconstruction: number | null;
   unsure: boolean;
   hidden: boolean;
+  orientation: number;
   rotation_wxyz?: QuaternionWxyz | null;
   center?: Vec3 | null;
 }
@@ -64,6 +66,7 @@ export interface PhotoDetails {
   camera: number;
   width: number;
   height: number;
+  orientation: number;
   contributor: string;
   time: number;
   contribution: number | null;

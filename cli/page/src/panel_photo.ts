@@ -6,6 +6,7 @@ import type { City } from "./city";
 import { el, foreign, moreButton } from "./dom";
 import { photoButton, verdictBadge } from "./panel_photos";
 import { seamItem } from "./panel_seams";
+import { quarterTurns } from "./upright";
 import { moment, t } from "./words";
 
 const NEIGHBORS = 30;
@@ -160,7 +161,11 @@ export class PhotoPanel {
   private frame(details: PhotoDetails): HTMLElement {
     const frame = el("div", { class: "thumbnail" });
     const isKnown = details.width > 0 && details.height > 0;
-    if (isKnown) frame.style.aspectRatio = `${details.width} / ${details.height}`;
+    const isLying = quarterTurns(details.orientation) % 2 === 1;
+    const [width, height] = isLying
+      ? [details.height, details.width]
+      : [details.width, details.height];
+    if (isKnown) frame.style.aspectRatio = `${width} / ${height}`;
     return frame;
   }
 

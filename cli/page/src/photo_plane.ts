@@ -10,10 +10,10 @@ import {
   Vector3,
 } from "three";
 import type { CameraModel, PhotoDetails, PlacedPhoto } from "./answers";
-import { worldFromCam } from "./upright";
+import { quarterTurns, worldFromCam } from "./upright";
 
-// The pinhole part of a calibration, in px. The lens's distortion is left out: it moves what the
-// photo shows by some px.
+// The pinhole part of a calibration, in px, of the photo as it stands upright. The lens's distortion
+// is left out: it moves what the photo shows by some px.
 export interface Pinhole {
   fx: number;
   fy: number;
@@ -25,6 +25,16 @@ export interface Pinhole {
 
 // `model` may be missing or be that of another size: then an opening angle of 60 degrees is taken.
 export function pinholeOf(details: PhotoDetails, model: CameraModel | undefined): Pinhole {
+  let pinhole = unturnedPinholeOf(details, model);
+  for (let turn = quarterTurns(details.orientation); turn > 0; --turn) {
+    // What was to the right is below, and what was below is to the left.
+    const { fx, fy, cx, cy, width, height } = pinhole;
+    pinhole = { fx: fy, fy: fx, cx: height - cy, cy: cx, width: height, height: width };
+  }
+  return pinhole;
+}
+
+function unturnedPinholeOf(details: PhotoDetails, model: CameraModel | undefined): Pinhole {
   const width = details.width || 4;
   const height = details.height || 3;
   const numbers = (model?.params ?? "").split(",").map(Number);

@@ -17,9 +17,18 @@ export function quaternionOf(wxyz: QuaternionWxyz): Quaternion {
   return new Quaternion(wxyz[1], wxyz[2], wxyz[3], wxyz[0]).normalize();
 }
 
-// The axes of a camera in the world are the rows of R.
+// Quarter turns, clockwise, of a photo of EXIF's `orientation` until it stands upright.
+export function quarterTurns(orientation: number): number {
+  if (orientation < 3) return 0;
+  return orientation < 5 ? 2 : orientation < 7 ? 1 : 3;
+}
+
+// Of a camera that has the photo upright: x to the right, y down, z forward. The axes of a camera in
+// the world are the rows of R.
 export function worldFromCam(photo: PlacedPhoto): Quaternion {
-  return quaternionOf(photo.rotation_wxyz).conjugate();
+  const angle = (-Math.PI / 2) * quarterTurns(photo.orientation);
+  const cam_from_upright = new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), angle);
+  return quaternionOf(photo.rotation_wxyz).conjugate().multiply(cam_from_upright);
 }
 
 // `positions`: x, y, z of each point, in the world.

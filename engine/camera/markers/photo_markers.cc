@@ -113,7 +113,7 @@ void DetectInPhoto(ImageSize size, const PhotoMarkersOptions& options, PhotoNote
     note->detail = bytes.status().message();
     return;
   }
-  const DecodedPhoto photo = DecodePhoto(BytesOf(*bytes), options.decode, size);
+  const DecodedPhoto photo = DecodePhoto(BytesOf(*bytes), options.decode, {size});
   if (photo.outcome != DecodeOutcome::kDecoded) {
     note->use =
         photo.outcome == DecodeOutcome::kWrongSize ? PhotoUse::kOtherSize : PhotoUse::kUnreadable;

@@ -50,9 +50,9 @@ struct PhotoMarkers {
 };
 
 // Decodes the photos, each on one thread, and detects their markers. The camera's size is the one
-// that most of the photos have. A photo that has this size only as stored, and not once its EXIF
-// orientation is applied, is taken as stored; DecodePhoto does the same when the photo is added to
-// a database. A photo is named by its file's name, or by its path where two files have the same
+// that most of the photos have. Photos are taken as stored or upright as DecodePhoto takes them for
+// a camera of that size, which is how they are taken when they are added to a database. A photo is
+// named by its file's name, or by its path where two files have the same
 // name. A path that is given twice counts once.
 //
 // progress  is called with the number of photos done, by one thread at a time; may be empty.

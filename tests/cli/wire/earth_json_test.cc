@@ -90,7 +90,8 @@ TEST(EarthJson, Georeference) {
             R"("reconstruction":2,"images":12,"version":0,"known":false,"origin":null,)"
             R"("scale":null,"rotation_wxyz":null,"translation":null,"gps":null,)"
             R"("ground_points":null,"scale_stddev_share":null,"heading_stddev_deg":null,)"
-            R"("tilt_stddev_deg":null,"position_stddev_m":null}],"ground_points":[]})");
+            R"("tilt_stddev_deg":null,"horizontal_stddev_m":null,"vertical_stddev_m":null}],)"
+            R"("ground_points":[]})");
   earth.is_known = true;
   earth.version = 4;
   earth.origin = {47.5, 15.25, 350};
@@ -101,7 +102,8 @@ TEST(EarthJson, Georeference) {
   earth.scale_stddev_share = 0.125;
   earth.heading_stddev_deg = 2;
   earth.tilt_stddev_deg = 3;
-  earth.position_stddev_m = 4;
+  earth.horizontal_stddev_m = 4;
+  earth.vertical_stddev_m = 8;
   EXPECT_EQ(JsonLine(ToJson(earth)),
             R"({"reconstruction":2,"images":12,"version":4,"known":true,)"
             R"("origin":{"latitude":47.5,"longitude":15.25,"height":350.0},"scale":7.5,)"
@@ -109,7 +111,7 @@ TEST(EarthJson, Georeference) {
             R"("gps":{"used":12,"agreeing":11,"error_m":3.5},)"
             R"("ground_points":{"used":2,"agreeing":2,"error_m":0.25},)"
             R"("scale_stddev_share":0.125,"heading_stddev_deg":2.0,"tilt_stddev_deg":3.0,)"
-            R"("position_stddev_m":4.0})");
+            R"("horizontal_stddev_m":4.0,"vertical_stddev_m":8.0})");
   GroundPointAnswer ground;
   ground.point = {"corner", {47.5, 15.25, 350}, 0.5, {{ImageId(3), 1.5, 2.5}}};
   const std::string surveyed =

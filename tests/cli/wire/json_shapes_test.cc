@@ -152,6 +152,7 @@ ImageAnswer SomeImage() {
   image.camera = CameraId(2);
   image.width_px = 640;
   image.height_px = 480;
+  image.orientation = 6;
   image.size_bytes = 5000;
   image.sha256 = "ab12";
   image.contributor = "anna";
@@ -166,7 +167,7 @@ TEST(Answers, ImageWithoutAPose) {
   EXPECT_EQ(JsonLine(ToJson(SomeImage())),
             R"({"image":"a.jpg","id":8,"verdict":"postponed","reason":")" + reason +
                 R"(","reconstruction":null,"may_stand_in":[],"camera":2,"width":640,"height":480,)"
-                R"("bytes":5000,)"
+                R"("orientation":6,"bytes":5000,)"
                 R"("sha256":"ab12","contributor":"anna","time":1700000000,"features":900,)"
                 R"("observations":300,"neighbors":[],"depth_map":null,"uncertainty":null,)"
                 R"("hypotheses":[],"gps":null,"taken":null,)"
@@ -205,11 +206,11 @@ TEST(Answers, ImageWithAll) {
 }
 
 TEST(Answers, Listed) {
-  ListedImage image{ImageId(8), "a.jpg", "anna", Verdict::kPostponed, {}, false, false, {}};
+  ListedImage image{ImageId(8), "a.jpg", "anna", Verdict::kPostponed, {}, false, false, 1, {}};
   EXPECT_EQ(JsonLine(ToJson(image)),
             R"({"id":8,"image":"a.jpg","contributor":"anna","verdict":"postponed",)"
-            R"("reconstruction":null,"unsure":false,"hidden":false,"rotation_wxyz":null,)"
-            R"("center":null})");
+            R"("reconstruction":null,"unsure":false,"hidden":false,"orientation":1,)"
+            R"("rotation_wxyz":null,"center":null})");
   image.reconstruction = ReconstructionId(3);
   image.cam_from_world = PlainPose{{1, 0, 0, 0}, {4, 5, 6}, {-4, -5, -6}};
   EXPECT_EQ(JsonLine(ToJson(image)["rotation_wxyz"]), "[1.0,0.0,0.0,0.0]");

@@ -109,7 +109,34 @@ TEST(Orientation, TurnsPixelsAndSizeAlike) {
     ASSERT_EQ(upright.rows, static_cast<int>(size.height_px)) << orientation;
     EXPECT_EQ(upright.at<uint8_t>(0, 0), corners[orientation - 1][0]) << orientation;
     EXPECT_EQ(upright.at<uint8_t>(0, upright.cols - 1), corners[orientation - 1][1]) << orientation;
+    for (int v = 0; v < upright.rows; ++v) {
+      for (int u = 0; u < upright.cols; ++u) {
+        const Eigen::Vector2d at = StoredFromUpright({u, v}, {3, 2}, orientation);
+        EXPECT_EQ(upright.at<uint8_t>(v, u),
+                  stored.at<uint8_t>(static_cast<int>(at.y()), static_cast<int>(at.x())))
+            << orientation;
+        EXPECT_EQ(UprightFromStored(at, {3, 2}, orientation), Eigen::Vector2d(u, v)) << orientation;
+      }
+    }
   }
+  EXPECT_EQ(StoredFromUpright({2.5, 1.5}, {3, 2}, 0), Eigen::Vector2d(2.5, 1.5)) << "not noted";
+}
+
+// A camera that sees the stored pixels, and one that sees them upright, see the same ray.
+TEST(Orientation, TurnsCamerasAsPixels) {
+  const Eigen::Vector2d middle(1, 0.5);  // of 3x2 px
+  for (const int orientation : {0, 1, 3, 6, 8}) {
+    const Eigen::Vector2d upright_middle = orientation < 5 ? middle : middle.reverse();
+    const Eigen::Vector2d place = upright_middle + Eigen::Vector2d(0.25, -0.5);
+    const Eigen::Vector2d stored = StoredFromUpright(place, {3, 2}, orientation) - middle;
+    const Eigen::Vector3d ray(stored.x(), stored.y(), 1);
+    const Eigen::Vector3d turned = UprightCamFromStoredCam(orientation) * ray;
+    EXPECT_LT((turned - Eigen::Vector3d(0.25, -0.5, 1)).norm(), 1e-12) << orientation;
+  }
+  // What is mirrored is turned alike, and stays so.
+  EXPECT_EQ(UprightCamFromStoredCam(4), UprightCamFromStoredCam(3));
+  EXPECT_EQ(UprightCamFromStoredCam(5), UprightCamFromStoredCam(6));
+  EXPECT_EQ(UprightCamFromStoredCam(7), UprightCamFromStoredCam(8));
 }
 
 }  // namespace

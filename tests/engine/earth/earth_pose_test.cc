@@ -90,7 +90,7 @@ TEST(EarthAnswer, TellsWhatIsKnown) {
   georeference.place->fixes = {12, 11, 3.5};
   Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
   covariance.diagonal() << 0.01, Radians(3) * Radians(3), Radians(4) * Radians(4),
-      Radians(2) * Radians(2), 1, 4, 4;
+      Radians(2) * Radians(2), 9, 16, 4;
   georeference.place->covariance = PackCovariance(covariance);
   const EarthAnswer answer = EarthAnswerOf(georeference);
   EXPECT_TRUE(answer.is_known);
@@ -100,7 +100,8 @@ TEST(EarthAnswer, TellsWhatIsKnown) {
   EXPECT_NEAR(answer.scale_stddev_share, 0.1, 1e-12);
   EXPECT_NEAR(answer.tilt_stddev_deg, 5, 1e-9);
   EXPECT_NEAR(answer.heading_stddev_deg, 2, 1e-9);
-  EXPECT_NEAR(answer.position_stddev_m, 3, 1e-12);
+  EXPECT_NEAR(answer.horizontal_stddev_m, 5, 1e-12);
+  EXPECT_NEAR(answer.vertical_stddev_m, 2, 1e-12);
 }
 
 }  // namespace

@@ -85,9 +85,13 @@ TEST(PlaceInPicture, IsThatOfTheDistortedPicture) {
   Keypoint corner;
   corner.x_px = 399.5f;
   corner.y_px = 299.5f;
-  EXPECT_EQ(PlaceInPicture(camera, corner), Eigen::Vector2d(1, 1));
+  const Features none;
+  EXPECT_EQ(PlaceInPicture({camera, none}, corner), Eigen::Vector2d(1, 1));
+  // What the camera has at the lower right is at the lower left of a photo whose first row is at
+  // the right.
+  EXPECT_EQ(PlaceInPicture({camera, none, 6}, corner), Eigen::Vector2d(0, 1));
   camera.k1 = -0.1;
-  EXPECT_LT(PlaceInPicture(camera, corner).x(), 0.99);
+  EXPECT_LT(PlaceInPicture({camera, none}, corner).x(), 0.99);
 }
 
 }  // namespace

@@ -12,8 +12,10 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "engine/camera/orientation.h"
 #include "engine/camera/photo_decoder.h"
 #include "engine/photo/photo_file.h"
+#include "tests/engine/camera/photo_writer.h"
 #include "tests/engine/street_fixture.h"
 
 namespace veduta {
@@ -111,6 +113,27 @@ TEST_F(DoubleFinder, ChangedCopiesAreAnsweredAsTheStoredPhoto) {
   EXPECT_TRUE(IsSound(CityQuestions(engine_->Ask()).snapshot()));
 }
 
+// A phone stores the sensor's pixels and says how they are turned; a messenger turns them.
+TEST_F(DoubleFinder, ACopyThatWasTurnedUprightIsTheSamePhoto) {
+  const cv::Mat lying = Pixels(TakePhoto({3.7, 75}).jpeg);
+  const std::vector<uint8_t> stored =
+      testing::WithExif(Jpeg(lying, 95), testing::ExifBlock(6, true));
+  EXPECT_FALSE(Add("phone.jpg", stored, "street").duplicate);
+  CameraModel standing = StreetCameraModel();
+  std::swap(standing.width_px, standing.height_px);
+  std::swap(standing.fx, standing.fy);
+  const double cx = standing.cx, u0 = standing.u0;
+  standing.cx = standing.width_px - 1.0 - standing.cy;
+  standing.u0 = standing.width_px - 1.0 - standing.v0;
+  standing.cy = cx;
+  standing.v0 = u0;
+  ASSERT_OK(engine_->AddCamera("standing", standing, ""));
+  const AddOutcome copy = Add("message.jpg", Jpeg(Upright(lying, 6), 60), "standing");
+  EXPECT_TRUE(copy.duplicate) << copy.detail;
+  EXPECT_EQ(copy.id, ImageId(6));
+  EXPECT_TRUE(IsSound(CityQuestions(engine_->Ask()).snapshot()));
+}
+
 TEST_F(DoubleFinder, APhotoWithSomethingElseInItIsAnotherOne) {
   const AddOutcome outcome = AddChanged({.has_visitor = true}, "street");
   EXPECT_FALSE(outcome.duplicate) << outcome.detail;
@@ -138,9 +161,21 @@ TEST(MatchAsOnePicture, AsksForOneRatioAndNearlyAllMatches) {
     matches.push_back({i, i});
   }
   const auto is_one = [&](const CameraModel& other) {
-    return MatchAsOnePicture(whole, first, other, second, matches);
+    return MatchAsOnePicture({whole, first}, {other, second}, matches);
   };
   EXPECT_TRUE(is_one(half));
+  EXPECT_FALSE(MatchAsOnePicture({whole, first, 3}, {half, second}, matches)) << "half a turn";
+  // A copy that was turned upright by whoever made it, of a photo that its camera has lying.
+  Features turned;
+  CameraModel standing = half;
+  std::swap(standing.width_px, standing.height_px);
+  for (const Keypoint& k : second.keypoints) {
+    const float right = static_cast<float>(half.height_px) - 1 - k.y_px;
+    turned.keypoints.push_back({.x_px = right, .y_px = k.x_px});
+  }
+  EXPECT_TRUE(MatchAsOnePicture({whole, first, 6}, {standing, turned}, matches));
+  EXPECT_FALSE(MatchAsOnePicture({whole, first, 8}, {standing, turned}, matches));
+  EXPECT_FALSE(MatchAsOnePicture({whole, first}, {standing, turned}, matches));
   CameraModel cropped = half;
   cropped.width_px -= 20;
   EXPECT_FALSE(is_one(cropped));

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/camera/orientation.h"
 #include "engine/earth/local_frame.h"
 #include "tests/engine/ingest/scene_database.h"
 
@@ -89,6 +90,33 @@ TEST(Georeferencing, ALookFindsThePlace) {
   ASSERT_OK(Look(&scene));
   EXPECT_EQ(RecordOf(scene).georeference.version, 2u);
   EXPECT_EQ(RecordOf(scene).georeference.place->origin, place.origin);
+}
+
+// The cameras' centres alone tell little of the tilt here: people's habit to hold photos upright
+// tells the rest, and an upright photo that its camera has lying says the same.
+TEST(Georeferencing, PhotosThatCamerasHaveLyingAreHeldUpright) {
+  SceneDatabase upright, lying;
+  std::vector<double> tilts_deg;
+  for (SceneDatabase* scene : {&upright, &lying}) {
+    Prepare(scene, 6, 6);
+    const auto transaction = scene->database()->BeginTransaction();
+    for (uint32_t id = 1; id <= 6 && scene == &lying; ++id) {
+      ImageRecord image = *scene->Snap()->GetImage(ImageId(id));
+      image.orientation = 6;
+      transaction->PutImage(image);
+      PoseRecord pose = *scene->Snap()->FindPose(ImageId(id)).value();
+      pose.cam_from_world =
+          Rigid3{Eigen::Quaterniond(UprightCamFromStoredCam(6).transpose()), {0, 0, 0}} *
+          pose.cam_from_world;
+      transaction->PutPose(pose);
+    }
+    ASSERT_OK(transaction->Commit());
+    ASSERT_OK(Look(scene));
+    ASSERT_TRUE(RecordOf(*scene).georeference.place);
+  }
+  const EarthPlace &expected = *RecordOf(upright).georeference.place,
+                   &found = *RecordOf(lying).georeference.place;
+  EXPECT_LT(found.enu_from_world.rotation.angularDistance(expected.enu_from_world.rotation), 1e-6);
 }
 
 TEST(Georeferencing, TooLittleIsNoPlaceAndNoEntry) {

@@ -129,6 +129,23 @@ TEST_F(EarthAnswers, SurveyedPointsAreSeenThroughTheLens) {
   EXPECT_GT(AnswerOf(off).error_px, 2);
 }
 
+// People click where photos stand upright; a camera may have them as they are stored.
+TEST_F(EarthAnswers, SurveyedPointsAreClickedInUprightPhotos) {
+  const auto transaction = database_->BeginTransaction();
+  ImageRecord image = *database_->GetSnapshot()->GetImage(ImageId(2));
+  image.width_px = Model().width_px;
+  image.height_px = Model().height_px;
+  image.orientation = 6;  // the first row is at the right
+  transaction->PutImage(image);
+  ASSERT_OK(transaction->Commit());
+  GroundSighting clicked = SightingOf(2, 2);
+  std::swap(clicked.x_px, clicked.y_px);
+  clicked.x_px = Model().height_px - 1.0 - clicked.x_px;
+  const GroundPointAnswer seen = AnswerOf({SightingOf(1, 1), clicked, SightingOf(3, 3)});
+  EXPECT_LT(seen.error_px, 1e-5);
+  EXPECT_NEAR(seen.error_m[0], -1, 1e-5);
+}
+
 TEST_F(EarthAnswers, WhatOnePhotoSeesIsNowhere) {
   EXPECT_FALSE(AnswerOf({}).reconstruction.valid());
   EXPECT_FALSE(AnswerOf({SightingOf(2, 2)}).reconstruction.valid());

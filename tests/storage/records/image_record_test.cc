@@ -73,26 +73,32 @@ TEST(ImageRecord, DamagedValueIsCorruption) {
   Fuzz(SampleImage(3), ImageId(3));
 }
 
-TEST(ImageRecord, KeepsWhenItWasTakenAndWhatItCameWith) {
+TEST(ImageRecord, KeepsWhatAnEarlierProgramLeftOut) {
   ImageRecord image = SampleImage(9), decoded;
   RoundTrip(image, &decoded, image.id);
   EXPECT_EQ(decoded.taken, std::nullopt);
   EXPECT_EQ(decoded.media_type, "");
   EXPECT_EQ(decoded.contribution, 0u);
+  EXPECT_EQ(decoded.orientation, 0);
   for (const std::optional<int32_t>& offset_s : {std::optional<int32_t>(), std::optional(-3600)}) {
     image.taken = TakenTime{1'700'000'000, offset_s};
     image.media_type = "image/jpeg";
     image.contribution = 7;
+    image.orientation = 8;
     RoundTrip(image, &decoded, image.id);
     EXPECT_EQ(decoded.taken, image.taken);
     EXPECT_EQ(decoded.media_type, "image/jpeg");
     EXPECT_EQ(decoded.contribution, 7u);
+    EXPECT_EQ(decoded.orientation, 8);
   }
   Fuzz(image, image.id);
   image.taken->offset_s = kTakenOffsetSMax + 1;
   ExpectRefused(image, "offset");
   image.taken = TakenTime{kTakenUnixSMin - 1, std::nullopt};
   ExpectRefused(image, "time when it was taken");
+  image.taken.reset();
+  image.orientation = 9;
+  ExpectRefused(image, "orientation");
 }
 
 }  // namespace
