@@ -37,8 +37,8 @@ void PrintEarth(const EarthAnswer& earth) {
       Agreeing(earth.fixes, "GPS positions").c_str(),
       Agreeing(earth.ground_points, "surveyed points").c_str());
   PrintLine(
-      "  standard deviation of the position %.3g m on the plan and %.3g m in height, of the heading "
-      "%.3g degrees, of the tilt %.3g degrees, of the scale %.3g %%",
+      "  standard deviation of the position %.3g m on the plan and %.3g m in height, of the "
+      "heading %.3g degrees, of the tilt %.3g degrees, of the scale %.3g %%",
       earth.horizontal_stddev_m, earth.vertical_stddev_m, earth.heading_stddev_deg,
       earth.tilt_stddev_deg, 100 * earth.scale_stddev_share);
 }

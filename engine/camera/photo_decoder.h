@@ -83,7 +83,7 @@ struct DecodedPhoto {
 // `wanted` is the camera's. Where both the photo as it is stored and the photo that its EXIF
 // orientation turns upright have the size, the preferred of them is returned. As stored is how the
 // camera's sensor sees, whichever way round it is held: its principal point and its lens are of
-// those pixels. Pixels that are stored mirrored show no place that there is, so upright is preferred
+// those pixels. Pixels that are stored mirrored show no place that there is: upright is preferred
 // of them. Where one alone has the size it is returned, and where none has it the photo is
 // kWrongSize.
 //

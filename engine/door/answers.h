@@ -82,10 +82,10 @@ inline constexpr size_t kDoubtfulSeamsMax = 20;
 struct StatusAnswer {
   uint64_t snapshot = 0;
   uint64_t images = 0, placed = 0, postponed = 0, rejected = 0;
-  uint64_t unsure = 0;  // of the placed ones: ImageAnswer::may_stand_in
-  uint64_t cameras = 0, uploads = 0;                  // uploads: photos that wait for their turn
-  uint64_t backlog = 0;                               // images that are still to be tried again
-  uint32_t vocabulary_generation = 0;                 // 0: none yet
+  uint64_t unsure = 0;                 // of the placed ones: ImageAnswer::may_stand_in
+  uint64_t cameras = 0, uploads = 0;   // uploads: photos that wait for their turn
+  uint64_t backlog = 0;                // images that are still to be tried again
+  uint32_t vocabulary_generation = 0;  // 0: none yet
   std::vector<ReconstructionAnswer> reconstructions;  // living ones; most images first, then ids
   uint64_t open_hypotheses = 0;
   // Of those the ones with most common points, at most kDoubtfulSeamsMax; then ascending ids.

@@ -25,8 +25,9 @@ struct StoredDouble {
   double scale = 1;  // the new photo's width over that of the stored one
 };
 
-// Whether two photos match as one picture does with itself: their sizes, upright, have one ratio, and nearly
-// all of the matches lie where that ratio puts them. `a` of a match is a feature of the first.
+// Whether two photos match as one picture does with itself: their sizes, upright, have one ratio,
+// and nearly all of the matches lie where that ratio puts them. `a` of a match is a feature of the
+// first.
 bool MatchAsOnePicture(const PictureCopy& first, const PictureCopy& second,
                        std::span<const FeatureMatch> matches);
 

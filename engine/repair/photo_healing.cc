@@ -35,8 +35,8 @@ Result<std::optional<Features>> FeaturesOf(const std::vector<uint8_t>& bytes, Im
     return std::optional(std::move(*stored));
   if (!stored.ok() && !IsDamage(stored.status())) return stored.status();
   const CameraModel& camera = healing->cameras.at(image->camera).model;
-  PreparedPhoto photo = healing->preparer.Extract({image->name, "", bytes}, camera,
-                                                  StoredLayout(image->orientation));
+  PreparedPhoto photo =
+      healing->preparer.Extract({image->name, "", bytes}, camera, StoredLayout(image->orientation));
   VEDUTA_RETURN_IF_ERROR(photo.failure);  // the memory was too short: nothing is lost
   if (photo.reason != Reason::kNone) {
     SetAside("its features cannot be read, and it gives none: " + photo.detail,

@@ -117,7 +117,8 @@ TEST_F(Lund, LiesAlongItsStreet) {
   EXPECT_LT(earth.heading_stddev_deg, 10);
   std::printf(
       "%zu photos on the earth, %.1f m, GPS says %.1f m; heading %.1f degrees off the course; "
-      "stddev: heading %.2g, tilt %.2g, scale %.2g %%, position %.2g m (height %.2g m); fixes agree to %.2g m\n",
+      "stddev: heading %.2g, tilt %.2g, scale %.2g %%, position %.2g m (height %.2g m); fixes "
+      "agree to %.2g m\n",
       fitted.size(), way.head<2>().norm(), told_way.head<2>().norm(), off_deg,
       earth.heading_stddev_deg, earth.tilt_stddev_deg, 100 * earth.scale_stddev_share,
       earth.horizontal_stddev_m, earth.vertical_stddev_m, earth.fixes.error_m);

@@ -167,10 +167,9 @@ TEST(Answers, ImageWithoutAPose) {
   EXPECT_EQ(JsonLine(ToJson(SomeImage())),
             R"({"image":"a.jpg","id":8,"verdict":"postponed","reason":")" + reason +
                 R"(","reconstruction":null,"may_stand_in":[],"camera":2,"width":640,"height":480,)"
-                R"("orientation":6,"bytes":5000,)"
-                R"("sha256":"ab12","contributor":"anna","time":1700000000,"features":900,)"
-                R"("observations":300,"neighbors":[],"depth_map":null,"uncertainty":null,)"
-                R"("hypotheses":[],"gps":null,"taken":null,)"
+                R"("orientation":6,"bytes":5000,"sha256":"ab12","contributor":"anna",)"
+                R"("time":1700000000,"features":900,"observations":300,"neighbors":[],)"
+                R"("depth_map":null,"uncertainty":null,"hypotheses":[],"gps":null,"taken":null,)"
                 R"("contribution":null,"on_earth":null,"hidden":false})");
 }
 

@@ -336,21 +336,6 @@ TEST(DecodePhoto, PicksTheLayoutOfTheSizeWanted) {
   EXPECT_EQ(DecodePhoto(plain, kLimits, {32, 48}).outcome, DecodeOutcome::kWrongSize);
   EXPECT_EQ(DecodePhoto(plain, kLimits, {32, 48}).detail,
             "the photo has 48x32 px, the camera 32x48");
-  // Half a turn keeps the size: the sensor's pixels go first, unless the others are preferred.
-  const FileBytes half = WithExif(plain, testing::ExifBlock(3, true));
-  const DecodedPhoto of_sensor = DecodePhoto(half, kLimits, {48, 32});
-  EXPECT_EQ(of_sensor.layout, PhotoLayout::kAsStored);
-  EXPECT_EQ(of_sensor.images_orientation(), 3);
-  EXPECT_EQ(LargestDifference(of_sensor.bgr, stored), 0);
-  const DecodedPhoto preferred = DecodePhoto(half, kLimits, {{48, 32}, PhotoLayout::kUpright});
-  EXPECT_EQ(preferred.images_orientation(), 1);
-  ExpectUpright(preferred, stored, 3);
-  // A mirror's pixels do not.
-  for (const int mirrored : {2, 4}) {
-    ExpectUpright(
-        DecodePhoto(WithExif(plain, testing::ExifBlock(mirrored, true)), kLimits, {48, 32}), stored,
-        mirrored);
-  }
 }
 
 void ExpectRefused(const FileBytes& bytes, DecodeOutcome outcome, const std::string& expected) {

@@ -8,7 +8,6 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/camera/orientation.h"
 #include "engine/camera/tiff_tags.h"
 #include "tests/engine/camera/modern_writer.h"
 #include "tests/engine/camera/tiff_writer.h"
@@ -93,50 +92,6 @@ TEST(TiffTags, TheFirstOfEqualTagsAndNoneOfAWrongType) {
     EXPECT_FALSE(ReadTiffTags({bytes.data(), size})) << "the directory ends after the bytes";
   bytes[2] = 43;
   EXPECT_FALSE(ReadTiffTags(bytes));
-}
-
-TEST(Orientation, TurnsPixelsAndSizeAlike) {
-  cv::Mat stored(2, 3, CV_8UC1);
-  for (int i = 0; i < 6; ++i) stored.at<uint8_t>(i / 3, i % 3) = static_cast<uint8_t>(i);
-  // Of each orientation (EXIF 2.32, tag 274): the stored pixel that the upright picture's top left
-  // and top right show.
-  const int corners[8][2] = {{0, 2}, {2, 0}, {5, 3}, {3, 5}, {0, 3}, {3, 0}, {5, 2}, {2, 5}};
-  for (int orientation = 1; orientation <= 8; ++orientation) {
-    const cv::Mat upright = Upright(stored, orientation);
-    const ImageSize size = UprightSize({3, 2}, orientation);
-    EXPECT_EQ(size, orientation < 5 ? (ImageSize{3, 2}) : (ImageSize{2, 3})) << orientation;
-    ASSERT_EQ(upright.cols, static_cast<int>(size.width_px)) << orientation;
-    ASSERT_EQ(upright.rows, static_cast<int>(size.height_px)) << orientation;
-    EXPECT_EQ(upright.at<uint8_t>(0, 0), corners[orientation - 1][0]) << orientation;
-    EXPECT_EQ(upright.at<uint8_t>(0, upright.cols - 1), corners[orientation - 1][1]) << orientation;
-    for (int v = 0; v < upright.rows; ++v) {
-      for (int u = 0; u < upright.cols; ++u) {
-        const Eigen::Vector2d at = StoredFromUpright({u, v}, {3, 2}, orientation);
-        EXPECT_EQ(upright.at<uint8_t>(v, u),
-                  stored.at<uint8_t>(static_cast<int>(at.y()), static_cast<int>(at.x())))
-            << orientation;
-        EXPECT_EQ(UprightFromStored(at, {3, 2}, orientation), Eigen::Vector2d(u, v)) << orientation;
-      }
-    }
-  }
-  EXPECT_EQ(StoredFromUpright({2.5, 1.5}, {3, 2}, 0), Eigen::Vector2d(2.5, 1.5)) << "not noted";
-}
-
-// A camera that sees the stored pixels, and one that sees them upright, see the same ray.
-TEST(Orientation, TurnsCamerasAsPixels) {
-  const Eigen::Vector2d middle(1, 0.5);  // of 3x2 px
-  for (const int orientation : {0, 1, 3, 6, 8}) {
-    const Eigen::Vector2d upright_middle = orientation < 5 ? middle : middle.reverse();
-    const Eigen::Vector2d place = upright_middle + Eigen::Vector2d(0.25, -0.5);
-    const Eigen::Vector2d stored = StoredFromUpright(place, {3, 2}, orientation) - middle;
-    const Eigen::Vector3d ray(stored.x(), stored.y(), 1);
-    const Eigen::Vector3d turned = UprightCamFromStoredCam(orientation) * ray;
-    EXPECT_LT((turned - Eigen::Vector3d(0.25, -0.5, 1)).norm(), 1e-12) << orientation;
-  }
-  // What is mirrored is turned alike, and stays so.
-  EXPECT_EQ(UprightCamFromStoredCam(4), UprightCamFromStoredCam(3));
-  EXPECT_EQ(UprightCamFromStoredCam(5), UprightCamFromStoredCam(6));
-  EXPECT_EQ(UprightCamFromStoredCam(7), UprightCamFromStoredCam(8));
 }
 
 }  // namespace
