@@ -199,6 +199,9 @@ Result<std::optional<FollowUp>> EngineParts::DoLongStep(const DueStep& step) {
 
 Result<std::optional<FollowUp>> EngineParts::TrainIfDue() {
   const std::shared_ptr<EngineCaches> from = GetCaches();
+  // The descriptors that a vocabulary is trained from take as much memory. Reading what is kept
+  // again takes about a second.
+  from->features.Clear();
   const auto train = [&]() -> Result<std::optional<FollowUp>> {
     VEDUTA_ASSIGN_OR_RETURN(std::optional<Retrieval::Prepared> prepared,
                             from->retrieval.TrainIfDue(database.get(), pool.get()));

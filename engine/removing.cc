@@ -175,6 +175,7 @@ Result<RemoveAnswer> Engine::Remove(const RemoveRequest& request, std::stop_toke
       Writer::Turn turn = parts->writer->Take();
       VEDUTA_ASSIGN_OR_RETURN(answer.removed.emplace_back(),
                               parts->ingest->Remove(image, request.actor, request.why));
+      parts->GetCaches()->surfaces.meshes.Clear();  // some may have its colours
     }
     if (report) report(answer.removed.back());
   }

@@ -130,7 +130,7 @@ Result<Scanned> ReadToScan(const Trials& trials, const PhotoDecoder& decoder, Th
         auto image,
         ImageFeatures::Make(id, FirstGuess(photo.width_px, photo.height_px, photo.width_px),
                             std::make_shared<const Features>(std::move(photo.features)),
-                            IngestOptions().matched_count_max));
+                            IngestOptions().matched_count_max, ImageFeatures::Packing::kKept));
     scanned.images.push_back(std::move(image));
   }
   return scanned;
@@ -139,7 +139,7 @@ Result<Scanned> ReadToScan(const Trials& trials, const PhotoDecoder& decoder, Th
 CenteredMatches MatchCentered(const ImageFeatures& a, const ImageFeatures& b) {
   const Eigen::Vector2d middle(0.5 * (a.width_px - 1), 0.5 * (a.height_px - 1));
   std::vector<DescriptorMatch> matches =
-      MatchMutual(a.packed, b.packed, {.ratio_max = PairOptions().ratio_max});
+      MatchMutual(*a.Packed(), *b.Packed(), {.ratio_max = PairOptions().ratio_max});
   std::ranges::stable_sort(matches, {}, [](const DescriptorMatch& m) {
     return static_cast<double>(m.distance_squared) / std::max(1u, m.second_distance_squared);
   });

@@ -93,6 +93,12 @@ Result<DensifyReport> DensifyOne(const DensePassTools& tools, ReconstructionId i
   return RunDensePass(tools, id, request.options);
 }
 
+// Whether the next reconstruction would fail as well.
+bool EndsAll(const Status& failure) {
+  return failure.code() == StatusCode::kCancelled || failure.code() == StatusCode::kIoError ||
+         failure.code() == StatusCode::kNoMemory;
+}
+
 RenderOptions RenderOptionsOf(const RenderRequest& request) {
   RenderOptions options;
   options.shading = MeaningOf(request.shading, kShadings);
@@ -196,14 +202,23 @@ Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool, 
                           WantedReconstructions(*writer.GetSnapshot(), request.reconstruction));
   const DensePassTools tools{writer, pool, device.get(), request.progress, stop, decoder};
   std::vector<DensifyReport> reports;
+  Status failure;
   bool some_gone = false;
   for (const ReconstructionId id : wanted) {
-    VEDUTA_ASSIGN_OR_RETURN(reports.emplace_back(), DensifyOne(tools, id, request));
-    reports.back().why_cpp = why_cpp;
-    some_gone |= reports.back().merged_into.valid() || reports.back().dissolved;
-    if (request.report) request.report(reports.back());
+    Result<DensifyReport> report = DensifyOne(tools, id, request);
+    if (!report.ok()) {
+      // What is wrong with one reconstruction keeps no other from its surface.
+      if (failure.ok()) failure = report.status();
+      if (EndsAll(report.status())) break;
+      continue;
+    }
+    report->why_cpp = why_cpp;
+    some_gone |= report->merged_into.valid() || report->dissolved;
+    if (request.report) request.report(*report);
+    reports.push_back(*std::move(report));
   }
   if (some_gone) VEDUTA_RETURN_IF_ERROR(SweepMerged(writer).status());
+  VEDUTA_RETURN_IF_ERROR(failure);
   return reports;
 }
 

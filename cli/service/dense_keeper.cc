@@ -66,13 +66,41 @@ DenseKeeper::Rest::~Rest() {
   --keeper_->rests_;
 }
 
+DenseKeeper::OthersPass::OthersPass(DenseKeeper* keeper, const std::stop_token& stop)
+    : keeper_(keeper), on_stop_(stop, [pass = pass_]() mutable { pass.request_stop(); }) {
+  std::unique_lock lock(keeper_->mutex_);
+  ++keeper_->rests_;  // of the keeper's own passes
+  keeper_->pass_.request_stop();
+  keeper_->changed_.wait(lock, [&] { return !keeper_->is_at_work_; });
+  keeper_->pass_ = pass_;
+  keeper_->is_at_work_ = true;
+}
+
+DenseKeeper::OthersPass::~OthersPass() {
+  {
+    const std::lock_guard lock(keeper_->mutex_);
+    --keeper_->rests_;
+    keeper_->is_at_work_ = false;
+    keeper_->stage_.clear();
+    keeper_->done_ = keeper_->total_ = 0;
+  }
+  keeper_->changed_.notify_all();
+}
+
+void DenseKeeper::Tell(std::string_view stage, size_t done, size_t total) {
+  const std::lock_guard lock(mutex_);
+  stage_ = stage;
+  done_ = done;
+  total_ = total;
+}
+
 Json DenseKeeper::ToJson() const {
   const std::lock_guard lock(mutex_);
   const char* state = "waiting";
-  if (!options_.is_wanted) {
-    state = "off";
-  } else if (is_at_work_) {
+  if (is_at_work_) {
     state = "working";
+  } else if (!options_.is_wanted) {
+    state = "off";
   } else if (is_paused_) {
     state = "paused";
   }
@@ -137,10 +165,7 @@ void DenseKeeper::Pass(const std::stop_token& stop) {
   }
   DensifyRequest request = options_.request;
   request.progress = [this](std::string_view stage, size_t done, size_t total) {
-    const std::lock_guard lock(mutex_);
-    stage_ = stage;
-    done_ = done;
-    total_ = total;
+    Tell(stage, done, total);
   };
   Status ended = CatchShortage(
       "make the city dense", [&]() -> Status { return engine_->Densify(request, pass).status(); });

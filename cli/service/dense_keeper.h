@@ -11,6 +11,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "cli/wire/json.h"
@@ -56,6 +57,27 @@ class DenseKeeper final {
     DenseKeeper* const keeper_;
   };
 
+  // A pass that somebody else makes, which it stands for: made when none runs any more, and a rest
+  // ends it, too, after the piece at hand.
+  class OthersPass final {
+   public:
+    // Also ended by `stop`.
+    OthersPass(DenseKeeper* keeper, const std::stop_token& stop);
+    ~OthersPass();
+    OthersPass(const OthersPass&) = delete;
+    OthersPass& operator=(const OthersPass&) = delete;
+
+    std::stop_token token() const { return pass_.get_token(); }
+    void Tell(std::string_view stage, size_t done, size_t total) {
+      keeper_->Tell(stage, done, total);
+    }
+
+   private:
+    DenseKeeper* const keeper_;
+    std::stop_source pass_;
+    std::stop_callback<std::function<void()>> on_stop_;
+  };
+
   // {"state", "stage", "done", "total", "passes", "why_not"}: docs/serving.md.
   Json ToJson() const;
 
@@ -63,6 +85,7 @@ class DenseKeeper final {
   using Clock = std::chrono::steady_clock;
 
   void Run(std::stop_token stop);
+  void Tell(std::string_view stage, size_t done, size_t total);
   // Whether anything but the dense pass has written into the journal since it was last read to its
   // end, which it is now.
   Result<bool> HasChanged();

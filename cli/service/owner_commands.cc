@@ -134,9 +134,12 @@ HttpAnswer OwnerCommands::Densify(const Json& wanted) {
     reports.push_back(ToJson(report));
     reports.back()["why_cpp"] = report.why_cpp;
   };
-  const DenseKeeper::Rest rest(keeper_);  // one pass runs at a time
-  PassTime time(*hours, stop_.get_token());
-  request->progress = [&](std::string_view, size_t, size_t) { time.Look(); };
+  DenseKeeper::OthersPass pass(keeper_, stop_.get_token());  // one runs at a time
+  PassTime time(*hours, pass.token());
+  request->progress = [&](std::string_view stage, size_t done, size_t total) {
+    pass.Tell(stage, done, total);
+    time.Look();
+  };
   const auto done = engine_->Densify(*request, time.token());
   const bool is_over = time.HasEnded(done.status());  // which is no failure of the daemon's
   return AnswerWith({{"reports", std::move(reports)}, {"time_is_over", is_over}},

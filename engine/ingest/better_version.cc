@@ -44,7 +44,7 @@ uint32_t CountSeen(const MapImage& image, std::span<const FeatureMatch> counterp
 Result<bool> ExchangeInMap(const IngestParts& parts, const WriteScope& scope,
                            const ImageFeatures& stored, const CameraModel& stored_camera,
                            const BetterVersion& better) {
-  MapLoader loader(scope.base, parts.features, parts.map);
+  MapLoader loader(scope.base, parts.features, parts.map, parts.pool);
   VEDUTA_RETURN_IF_ERROR(loader.LoadToUnplace(stored.id));
   const std::vector<FeatureMatch> counterparts = FindCounterparts(
       {stored_camera, *stored.features}, {better.camera, *better.features.features});

@@ -183,7 +183,7 @@ Result<std::map<ImageId, SeeingCamera>> ListNow(const IngestParts& parts,
     }
   }
   parts.TrimMap();
-  MapLoader loader(base, parts.features, parts.map);
+  MapLoader loader(base, parts.features, parts.map, parts.pool);
   VEDUTA_RETURN_IF_ERROR(loader.LoadStructure(moved));
   for (const ImageId id : moved) {
     SeeingCamera camera = SeenFrom(*parts.map, parts.map->image(id));

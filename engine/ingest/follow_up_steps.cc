@@ -35,10 +35,11 @@ Result<Placement> PlaceAgain(const IngestParts& parts, const std::shared_ptr<con
                              const ImageRecord& record, ReconstructionId new_reconstruction) {
   VEDUTA_ASSIGN_OR_RETURN(const auto known, parts.features->Get(*base, record.id));
   VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, base->GetCamera(record.camera));
-  VEDUTA_ASSIGN_OR_RETURN(const auto features,
-                          ImageFeatures::Make(record.id, camera.model, known->features,
-                                              parts.options.thorough_count_max));
-  MapLoader loader(base, parts.features, parts.map);
+  VEDUTA_ASSIGN_OR_RETURN(
+      const auto features,
+      ImageFeatures::Make(record.id, camera.model, known->features,
+                          parts.options.thorough_count_max, ImageFeatures::Packing::kKept));
+  MapLoader loader(base, parts.features, parts.map, parts.pool);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairMatches> pairs, StoredMatches(loader, record.id));
   return PlacePhoto({&loader, parts.map, parts.pool, parts.options.mapper, parts.repetitions},
                     *features, pairs, new_reconstruction, MixSeed(record.photo.Seed(), 1));
@@ -77,7 +78,7 @@ Result<std::vector<ImageId>> RetryPhoto(const IngestParts& parts, ImageId image,
 
 Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId reconstruction,
                                   WriteScope scope) {
-  MapLoader loader(scope.base, parts.features, parts.map);
+  MapLoader loader(scope.base, parts.features, parts.map, parts.pool);
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
                           scope.base->GetReconstruction(reconstruction));
   VEDUTA_ASSIGN_OR_RETURN(

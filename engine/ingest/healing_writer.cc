@@ -135,7 +135,7 @@ Status HealingWriter::ProposeSeam(MapLoader* loader, ReconstructionId own, Recon
 }
 
 Status HealingWriter::ProposeSeams() {
-  MapLoader loader(scope_.base, parts_.features, parts_.map);
+  MapLoader loader(scope_.base, parts_.features, parts_.map, parts_.pool);
   std::vector<ReconstructionId> sides = {from_};
   for (const ReconstructionRecord& part : split_off_) {
     for (const ReconstructionId side : sides)

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 #include <set>
+#include <unordered_map>
 #include <utility>
 
 #include "engine/ingest/seam_loop.h"
@@ -56,8 +57,12 @@ class Ledger final {
 
   // Deletes hypotheses whose merge was made, and moves those of a reconstruction that was merged
   // away to the one that took it in.
-  void TakeMerges() {
-    for (const Merge& merge : placement_.merges) CarryOver(merge);
+  Status TakeMerges() {
+    for (const Merge& merge : placement_.merges) {
+      CarryOver(merge);
+      VEDUTA_RETURN_IF_ERROR(TakePairsOf(merge.from));
+    }
+    return Status::Ok();
   }
 
   void TakeRefused(DatabaseState* state, Transaction* transaction) {
@@ -123,9 +128,17 @@ class Ledger final {
         hypothesis.loop_images = images;
         continue;
       }
-      if (!placement_.merges.empty()) hypothesis.loop_images = 0;  // the way is another one
+      if (IsAnotherWay(detour)) hypothesis.loop_images = 0;
       if (4 * images >= 5 * hypothesis.loop_images + 1) MakeDue(&hypothesis);
     }
+  }
+
+  // Whether the detour leads over a reconstruction that another one was merged into just now.
+  bool IsAnotherWay(std::span<const HypothesisRecord> detour) const {
+    return !placement_.merges.empty() &&
+           std::ranges::any_of(detour, [&](const HypothesisRecord& seam) {
+             return IsOf(seam, placement_.reconstruction);
+           });
   }
 
   void TakeTouched() {
@@ -229,9 +242,43 @@ class Ledger final {
       kept.is_due = true;
       changed_.insert(two);
     }
+  }
+
+  // The photos that came by a merge may speak for or against what is known of the whole and of
+  // those that they have verified pairs with. Of others they say nothing.
+  Status TakePairsOf(ReconstructionId merged) {
+    const ReconstructionId into = placement_.reconstruction;
+    const bool is_waiting = std::ranges::any_of(known_, [&](const auto& known) {
+      return IsOf(known.second, into) && !known.second.is_due;
+    });
+    if (!is_waiting) return Status::Ok();
+    VEDUTA_ASSIGN_OR_RETURN(const std::set<ReconstructionId> paired, ListPaired(merged));
     for (auto& [two, hypothesis] : known_) {
-      if (IsOf(hypothesis, into)) MakeDue(&hypothesis);
+      if (IsOf(hypothesis, into) && paired.contains(OtherOf(hypothesis, into)))
+        MakeDue(&hypothesis);
     }
+    return Status::Ok();
+  }
+
+  // The reconstructions that photos of this one have verified pairs with. Scans all poses.
+  Result<std::set<ReconstructionId>> ListPaired(ReconstructionId of) const {
+    std::vector<ImageId> members;
+    std::unordered_map<ImageId, ReconstructionId> homes;
+    VEDUTA_RETURN_IF_ERROR(base_.ScanPoses([&](const PoseRecord& pose) {
+      homes[pose.image] = pose.reconstruction;
+      if (pose.reconstruction == of) members.push_back(pose.image);
+      return true;
+    }));
+    std::set<ReconstructionId> paired;
+    for (const ImageId member : members) {
+      VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
+                              base_.ListNeighbors(member));
+      for (const PairNeighbor& neighbor : neighbors) {
+        if (const auto home = homes.find(neighbor.image); home != homes.end())
+          paired.insert(home->second);
+      }
+    }
+    return paired;
   }
 
   // Two seams that have become one: the one that says more is kept, with the images of both.
@@ -281,7 +328,7 @@ Status WriteHypotheses(const Snapshot& base, const Placement& placement, Databas
                        Transaction* transaction) {
   Ledger ledger(base, placement);
   VEDUTA_RETURN_IF_ERROR(ledger.Load());
-  ledger.TakeMerges();
+  VEDUTA_RETURN_IF_ERROR(ledger.TakeMerges());
   ledger.TakeRefused(state, transaction);
   ledger.TakeKnown();
   ledger.TakeStrongest();

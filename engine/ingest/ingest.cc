@@ -248,7 +248,8 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera
   parts_.TrimMap();
   const auto features = std::make_shared<const Features>(std::move(photo.features));
   VEDUTA_ASSIGN_OR_RETURN(const auto image, ImageFeatures::Make(record.id, camera.model, features,
-                                                                options_.matched_count_max));
+                                                                options_.matched_count_max,
+                                                                ImageFeatures::Packing::kKept));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
                           parts_.retrieval->Words(*scope.base, *features));
   VEDUTA_ASSIGN_OR_RETURN(std::vector<RankedImage> candidates,
@@ -258,7 +259,7 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera
         AddPartners(*scope.base, *photo.awaited, record.contributor, &candidates));
   }
   const double retrieve_ms = watch.LapMs();
-  MapLoader loader(scope.base, parts_.features, &map_);
+  MapLoader loader(scope.base, parts_.features, &map_, parts_.pool);
   const MappingContext context{&loader, &map_, parts_.pool, options_.mapper, parts_.repetitions};
   std::optional<StoredDouble> stored_double;
   const PoseGiver give_pose = [&](const ImageFeatures& wide,

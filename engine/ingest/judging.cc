@@ -286,12 +286,13 @@ Result<OtherPlace> FindMixed(const MappingContext& context, const Side& side,
   return none;
 }
 
-// Splits the other place off, and commits. What is left is adjusted anew.
+// Splits the other place off, and commits. What is left is adjusted anew: the whole, or where it is
+// parted into submaps those around what was split off, which TakeOutOfRegion makes due.
 Result<AdjustedWhole> SplitOff(const IngestParts& parts, const OtherPlace& place, WriteScope scope,
                                DatabaseState* state) {
   VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord record, scope.base->GetReconstruction(place.in));
   VEDUTA_ASSIGN_OR_RETURN(Submaps submaps, Submaps::Read(*scope.base));
-  record.images_at_adjustment = 0;
+  if (!submaps.IsParted(place.in)) record.images_at_adjustment = 0;
   Healing healing;
   healing.parts.push_back(place.images);
   // Lives until the commit has come, for it holds what is written ahead.
@@ -321,7 +322,7 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
     return Judgment();
   }
   parts.TrimMap();
-  MapLoader loader(scope.base, parts.features, parts.map);
+  MapLoader loader(scope.base, parts.features, parts.map, parts.pool);
   VEDUTA_ASSIGN_OR_RETURN(
       Placement placement,
       JudgeFrom({&loader, parts.map, parts.pool, parts.options.mapper}, side, hypothesis));

@@ -44,9 +44,9 @@ Status LargeAdjustment::Compute() {
         FindRelaxation(*base, reconstruction_, parts_.options.mapper.doubt.parts, parts_.pool));
     return Status::Ok();
   }
-  MapLoader loader(base, parts_.features, &found_.map);
+  MapLoader loader(base, parts_.features, &found_.map, parts_.pool);
   std::vector<ImageId> images;
-  VEDUTA_RETURN_IF_ERROR(loader.LoadReconstruction(reconstruction_, &images, parts_.pool));
+  VEDUTA_RETURN_IF_ERROR(loader.LoadReconstruction(reconstruction_, &images));
   found_.images.insert(images.begin(), images.end());
   VEDUTA_RETURN_IF_ERROR(NoteForbidden(*base, &found_));
   found_.before = ListCameras(found_.map, reconstruction_);
@@ -56,7 +56,7 @@ Status LargeAdjustment::Compute() {
   if (!IsRefinementDue(found_.record)) return Status::Ok();
   WithLenses& other = with_lenses_.emplace();
   VEDUTA_ASSIGN_OR_RETURN(other.before, ListLenses(*base, found_.images));
-  MapLoader other_loader(base, parts_.features, &other.map);
+  MapLoader other_loader(base, parts_.features, &other.map, parts_.pool);
   VEDUTA_ASSIGN_OR_RETURN(other.healing, AdjustReconstruction({&other_loader, &other.map,
                                                                parts_.pool, parts_.options.mapper},
                                                               reconstruction_, Lenses::kRefined));

@@ -2,6 +2,7 @@
 #include "engine/ingest/map_loader.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <string>
 
@@ -69,25 +70,21 @@ bool MapLoader::IsToLoad(ImageId id) const {
   return !map_->HasImage(id) && !map_->changes().unplaced.contains(id);
 }
 
-Status MapLoader::LoadImages(std::span<const ImageId> images) {
-  for (const ImageId id : images) {
-    if (!IsToLoad(id)) continue;
-    VEDUTA_ASSIGN_OR_RETURN(std::optional<MapImage> image, ReadImage(id));
-    if (!image) continue;
-    map_->LoadImage(std::move(*image));
-    has_loaded_ = true;
-  }
-  return Status::Ok();
+void MapLoader::ForEach(size_t count, const std::function<void(size_t)>& body) const {
+  if (pool_ != nullptr) return pool_->ParallelFor(count, body);
+  for (size_t i = 0; i < count; ++i) body(i);
 }
 
-Status MapLoader::LoadImages(std::span<const ImageId> images, ThreadPool* pool) {
-  std::vector<Result<std::optional<MapImage>>> read(images.size(), std::optional<MapImage>());
-  pool->ParallelFor(images.size(), [&](size_t i) {
-    if (IsToLoad(images[i])) read[i] = ReadImage(images[i]);
-  });
+// Of several errors, that of the first image.
+Status MapLoader::LoadImages(std::span<const ImageId> images) {
+  std::vector<ImageId> wanted;
+  std::ranges::copy_if(images, std::back_inserter(wanted),
+                       [&](ImageId id) { return IsToLoad(id); });
+  std::vector<Result<std::optional<MapImage>>> read(wanted.size(), std::optional<MapImage>());
+  ForEach(wanted.size(), [&](size_t i) { read[i] = ReadImage(wanted[i]); });
   for (Result<std::optional<MapImage>>& image : read) {
     VEDUTA_RETURN_IF_ERROR(image.status());
-    if (!*image) continue;
+    if (!*image || map_->HasImage((*image)->id)) continue;
     map_->LoadImage(std::move(**image));
     has_loaded_ = true;
   }
@@ -112,50 +109,79 @@ Result<PairRecord> MapLoader::GetPair(ImageId a, ImageId b) const {
   return pair;
 }
 
-Status MapLoader::CheckSeen(std::span<const ImageId> images) {
-  for (const ImageId id : images) {
-    if (!map_->HasImage(id) || checked_.contains(id)) continue;
-    const MapImage& image = map_->image(id);
-    for (FeatureIndex f = 0; f < image.points.size(); ++f) {
-      const PointId point = image.points[f];
-      if (!point.valid()) continue;
-      const PointRecord* const record = map_->FindPoint(point);
-      const auto is_own = [&](const TrackElement& e) { return e.image == id && e.feature == f; };
-      if (record == nullptr || std::ranges::none_of(record->track, is_own))
-        return Contradiction(Name(id) + " observes " + Name(point) +
-                             ", whose track says no such thing");
-      for (const TrackElement& element : record->track) {
-        const MapImage* const other =
-            map_->HasImage(element.image) ? &map_->image(element.image) : nullptr;
-        if (other == nullptr || element.feature >= other->points.size() ||
-            other->points[element.feature] != point ||
-            other->reconstruction != image.reconstruction) {
-          return Contradiction(Name(point) + " is seen in " + Name(element.image) +
-                               ", which says no such thing");
-        }
+Status MapLoader::CheckSeenBy(const MapImage& image) const {
+  for (FeatureIndex f = 0; f < image.points.size(); ++f) {
+    const PointId point = image.points[f];
+    if (!point.valid()) continue;
+    const PointRecord* const record = map_->FindPoint(point);
+    const auto is_own = [&](const TrackElement& e) {
+      return e.image == image.id && e.feature == f;
+    };
+    if (record == nullptr || std::ranges::none_of(record->track, is_own))
+      return Contradiction(Name(image.id) + " observes " + Name(point) +
+                           ", whose track says no such thing");
+    for (const TrackElement& element : record->track) {
+      const MapImage* const other =
+          map_->HasImage(element.image) ? &map_->image(element.image) : nullptr;
+      if (other == nullptr || element.feature >= other->points.size() ||
+          other->points[element.feature] != point ||
+          other->reconstruction != image.reconstruction) {
+        return Contradiction(Name(point) + " is seen in " + Name(element.image) +
+                             ", which says no such thing");
       }
     }
-    checked_.insert(id);
   }
   return Status::Ok();
 }
 
+Status MapLoader::CheckSeen(std::span<const ImageId> images) {
+  std::vector<const MapImage*> unchecked;
+  for (const ImageId id : images) {
+    if (map_->HasImage(id) && !checked_.contains(id)) unchecked.push_back(&map_->image(id));
+  }
+  std::vector<Status> found(unchecked.size());
+  ForEach(unchecked.size(), [&](size_t i) { found[i] = CheckSeenBy(*unchecked[i]); });
+  for (size_t i = 0; i < unchecked.size(); ++i) {
+    VEDUTA_RETURN_IF_ERROR(found[i]);
+    checked_.insert(unchecked[i]->id);
+  }
+  return Status::Ok();
+}
+
+Result<ReconstructionRecord> MapLoader::HomeOf(ImageId image) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot_->FindPose(image));
+  if (!pose) {
+    return Status::Corruption("image " + std::to_string(image.value) +
+                              " is home to points and has no pose");
+  }
+  return GetReconstruction(pose->reconstruction);
+}
+
 Status MapLoader::LoadBlocks(std::span<const ImageId> homes) {
+  struct Wanted {
+    ImageId home;
+    ReconstructionId reconstruction;
+    uint32_t points_generation;
+  };
+  std::vector<Wanted> wanted;
   for (const ImageId home : homes) {
     if (map_->HasBlock(home)) continue;
-    VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, snapshot_->FindPose(home));
-    if (!pose)
-      return Status::Corruption("image " + std::to_string(home.value) +
-                                " is home to points and has no pose");
-    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
-                            GetReconstruction(pose->reconstruction));
-    VEDUTA_ASSIGN_OR_RETURN(const PointBlock block,
-                            snapshot_->GetPointBlock(record.id, record.points_generation, home));
-    if (block.next_ordinal > kOrdinalsMax) {
-      return Status::Corruption("family points: " + Name(home) + " gives its next point number " +
-                                std::to_string(block.next_ordinal));
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, HomeOf(home));
+    wanted.push_back({home, record.id, record.points_generation});
+  }
+  std::vector<Result<PointBlock>> read(wanted.size(), PointBlock());
+  ForEach(wanted.size(), [&](size_t i) {
+    const auto& [home, reconstruction, generation] = wanted[i];
+    read[i] = snapshot_->GetPointBlock(reconstruction, generation, home);
+  });
+  for (const Result<PointBlock>& block : read) {
+    VEDUTA_RETURN_IF_ERROR(block.status());
+    if (block->next_ordinal > kOrdinalsMax) {
+      return Status::Corruption("family points: " + Name(block->home) +
+                                " gives its next point number " +
+                                std::to_string(block->next_ordinal));
     }
-    map_->LoadBlock(block);
+    map_->LoadBlock(*block);
     has_loaded_ = true;
   }
   return Status::Ok();
@@ -184,22 +210,36 @@ std::vector<ImageId> MapLoader::WithoutNeighborhood(std::span<const ImageId> ima
   return without;
 }
 
+std::vector<ImageId> MapLoader::ListAround(std::span<const ImageId> images) const {
+  std::vector<std::vector<ImageId>> around(images.size());
+  ForEach(images.size(), [&](size_t i) {
+    if (!map_->HasImage(images[i])) return;
+    std::unordered_set<ImageId> seen;
+    ImageId last;  // tracks that follow one another begin alike
+    const auto see = [&](ImageId id) {
+      if (id != last) seen.insert(id);
+      last = id;
+    };
+    for (const PointId point : map_->image(images[i]).points) {
+      const PointRecord* const record = point.valid() ? map_->FindPoint(point) : nullptr;
+      if (record == nullptr) continue;
+      see(point.home);
+      for (const TrackElement& element : record->track) see(element.image);
+    }
+    around[i].assign(seen.begin(), seen.end());
+  });
+  std::vector<ImageId> all;
+  for (const std::vector<ImageId>& of_one : around)
+    all.insert(all.end(), of_one.begin(), of_one.end());
+  std::ranges::sort(all);
+  all.erase(std::ranges::unique(all).begin(), all.end());
+  return all;
+}
+
 Status MapLoader::LoadNeighborhood(std::span<const ImageId> images) {
   const std::vector<ImageId> wanted = WithoutNeighborhood(images);
   VEDUTA_RETURN_IF_ERROR(LoadStructure(wanted));
-  std::unordered_set<ImageId> seen;
-  for (const ImageId id : wanted) {
-    if (!map_->HasImage(id)) continue;
-    for (const PointId point : map_->image(id).points) {
-      const PointRecord* record = point.valid() ? map_->FindPoint(point) : nullptr;
-      if (record == nullptr) continue;
-      seen.insert(point.home);
-      for (const TrackElement& element : record->track) seen.insert(element.image);
-    }
-  }
-  std::vector<ImageId> ascending(seen.begin(), seen.end());
-  std::ranges::sort(ascending);
-  VEDUTA_RETURN_IF_ERROR(LoadImages(ascending));
+  VEDUTA_RETURN_IF_ERROR(LoadImages(ListAround(wanted)));
   if (has_loaded_) {
     has_loaded_ = false;
     VEDUTA_RETURN_IF_ERROR(CheckSeen(images));
@@ -217,14 +257,12 @@ Status MapLoader::LoadToUnplace(ImageId image) {
   return LoadStructure(std::vector(seen.begin(), seen.end()));
 }
 
-Status MapLoader::LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images,
-                                     ThreadPool* pool) {
+Status MapLoader::LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images) {
   images->clear();
   VEDUTA_RETURN_IF_ERROR(snapshot_->ScanPoses([&](const PoseRecord& pose) {
     if (pose.reconstruction == id) images->push_back(pose.image);
     return true;
   }));
-  if (pool != nullptr) VEDUTA_RETURN_IF_ERROR(LoadImages(*images, pool));
   return LoadNeighborhood(*images);
 }
 

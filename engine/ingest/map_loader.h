@@ -3,6 +3,7 @@
 // Brings stored images and points into the map in memory. The map doubles as a cache between
 // photos: what is loaded and has not changed since equals the last commit.
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -24,8 +25,10 @@ MapImage UnplacedImage(const ImageFeatures& features);
 // block that contradicts another record is kCorruption, naming the image. Not thread-safe.
 class MapLoader final {
  public:
-  MapLoader(std::shared_ptr<const Snapshot> snapshot, ImageFeatureCache* features, CityMap* map)
-      : snapshot_(std::move(snapshot)), features_(features), map_(map) {}
+  // Records are read on all threads of the pool, if there is one.
+  MapLoader(std::shared_ptr<const Snapshot> snapshot, ImageFeatureCache* features, CityMap* map,
+            ThreadPool* pool = nullptr)
+      : snapshot_(std::move(snapshot)), features_(features), map_(map), pool_(pool) {}
 
   // Loads those of the images that have a pose (and have not lost it in the map), and the points
   // that their features see.
@@ -39,9 +42,8 @@ class MapLoader final {
   // taking its pose away may touch.
   Status LoadToUnplace(ImageId image);
   // A whole reconstruction with its surroundings. `images` receives its members, ascending. Scans
-  // all poses of the database. Images are read on all threads of the pool, if there is one.
-  Status LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images,
-                            ThreadPool* pool = nullptr);
+  // all poses of the database.
+  Status LoadReconstruction(ReconstructionId id, std::vector<ImageId>* images);
 
   // A stored pair whose matches name features that both images have: kCorruption otherwise.
   // Thread-safe while nothing is loaded and nobody changes the map.
@@ -58,17 +60,23 @@ class MapLoader final {
   Result<std::optional<MapImage>> ReadImage(ImageId id) const;
   // Those of the images whose neighbourhood is not known to be in the map.
   std::vector<ImageId> WithoutNeighborhood(std::span<const ImageId> images);
-  // LoadImages with the reading spread over the threads. Of several errors, that of the first.
-  Status LoadImages(std::span<const ImageId> images, ThreadPool* pool);
+  // body(0..count-1) on all threads there are.
+  void ForEach(size_t count, const std::function<void(size_t)>& body) const;
   Result<uint32_t> CountFeatures(ImageId id) const;
   Status LoadBlocks(std::span<const ImageId> homes);
+  // Where the points of the image are stored. kCorruption where it has no pose.
+  Result<ReconstructionRecord> HomeOf(ImageId image);
+  // The images that see what these see, and those at which these points are at home; ascending.
+  std::vector<ImageId> ListAround(std::span<const ImageId> images) const;
   // Checks that what these images see agrees with the other records that name it: these are the
   // first invariants of CityMap, on which all that changes the map relies.
   Status CheckSeen(std::span<const ImageId> images);
+  Status CheckSeenBy(const MapImage& image) const;
 
   std::shared_ptr<const Snapshot> snapshot_;
   ImageFeatureCache* features_;
   CityMap* map_;
+  ThreadPool* pool_;
   bool has_loaded_ = false;                    // something since the last CheckSeen
   std::unordered_set<ImageId> checked_;        // of these CheckSeen was content
   std::unordered_set<ImageId> neighborhoods_;  // that are in the map, while edit_count_ is its own

@@ -42,7 +42,7 @@ class Founder final {
       : parts_(parts),
         actor_(actor),
         scope_(std::move(scope)),
-        loader_(scope_.base, parts.features, &map_),
+        loader_(scope_.base, parts.features, &map_, parts.pool),
         context_{&loader_, &map_, parts.pool, parts.options.mapper} {}
 
   Result<ModelFounding> Run(std::span<const ModelPose> poses) {

@@ -125,10 +125,10 @@ Status PairOptions::Check() const {
 std::vector<DescriptorMatch> MatchImages(const ImageFeatures& photo, const ImageFeatures& candidate,
                                          const MatchOptions& options) {
   if (candidate.matched_count_max >= photo.matched_count_max) {
-    return MatchMutual(photo.packed, candidate.packed, options);
+    return MatchMutual(*photo.Packed(), *candidate.Packed(), options);
   }
   const auto wide = PackedDescriptors::Pack(*candidate.features, photo.matched_count_max);
-  return wide.ok() ? MatchMutual(photo.packed, *wide, options) : std::vector<DescriptorMatch>();
+  return wide.ok() ? MatchMutual(*photo.Packed(), *wide, options) : std::vector<DescriptorMatch>();
 }
 
 PairVerification VerifyPair(const ImageFeatures& photo, const ImageFeatures& candidate,

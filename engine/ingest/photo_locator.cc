@@ -102,7 +102,8 @@ Result<LocatedPhoto> LocatePhoto(const MappingContext& context, const IngestOpti
     if (locator.IsPlaced() || candidates.empty()) return locator.Take();
   }
   VEDUTA_ASSIGN_OR_RETURN(const auto wide, ImageFeatures::Make(photo.id, camera, photo.features,
-                                                               options.thorough_count_max));
+                                                               options.thorough_count_max,
+                                                               ImageFeatures::Packing::kKept));
   VEDUTA_RETURN_IF_ERROR(locator.SearchThoroughly(*wide));
   VEDUTA_RETURN_IF_ERROR(locator.Place(*wide));
   return locator.Take();

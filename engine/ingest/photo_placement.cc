@@ -87,7 +87,19 @@ Result<bool> IsFreshlyJudged(const MappingContext& context, ImageId image,
   return record.image_count + unwritten < record.images_at_adjustment + between;
 }
 
-// Whether the image's verified pairs with loaded images draw it elsewhere.
+// Loads the structure of what the images have verified pairs with: where these lie apart they need
+// not share a point.
+Status LoadPaired(const MappingContext& context, std::span<const ImageId> images) {
+  std::set<ImageId> paired;
+  for (const ImageId id : images) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
+                            context.loader->snapshot().ListNeighbors(id));
+    for (const PairNeighbor& neighbor : neighbors) paired.insert(neighbor.image);
+  }
+  return context.loader->LoadStructure(std::vector(paired.begin(), paired.end()));
+}
+
+// Whether the image's verified pairs draw it elsewhere. What they are with must be loaded.
 Result<bool> IsDrawn(const MappingContext& context, ImageId id) {
   const CityMap& map = *context.map;
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
@@ -119,6 +131,7 @@ Result<bool> RaisesDoubt(const MappingContext& context, ImageId photo,
   for (const ImageId id : near)
     VEDUTA_RETURN_IF_ERROR(
         context.loader->LoadNeighborhood(CovisibleImages(map, id, options.images_max)));
+  VEDUTA_RETURN_IF_ERROR(LoadPaired(context, near));
   std::vector<Result<bool>> is_doubtful(near.size(), false);
   context.pool->ParallelFor(near.size(), [&](size_t i) {
     const std::vector<ImageId> around = CovisibleImages(map, near[i], options.images_max);

@@ -13,7 +13,7 @@ Result<std::vector<ImageId>> RemovePose(const IngestParts& parts, const WriteSco
   Transaction* const transaction = scope.transaction.get();
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole,
                           scope.base->GetReconstruction(pose.reconstruction));
-  MapLoader loader(scope.base, parts.features, parts.map);
+  MapLoader loader(scope.base, parts.features, parts.map, parts.pool);
   VEDUTA_ASSIGN_OR_RETURN(
       std::vector<ImageId> unplaced,
       UnplaceWithDependents({&pose.image, 1}, parts.options.mapper.observations_min, &loader,

@@ -134,9 +134,14 @@ std::vector<WantedMatches> ListWanted(std::span<const ImageId> images,
 }
 
 Status FindMatches(const MappingContext& context, const WantedMatches& wanted) {
-  VEDUTA_ASSIGN_OR_RETURN(const auto found, context.loader->features()->Match(
-                                                context.loader->snapshot(), wanted.first,
-                                                wanted.second, context.options.putative_ratio_max));
+  const auto held = [&](ImageId id) {  // the cache may not hold as many images as the map
+    const bool is_held = context.map->HasImage(id);
+    return MatchedImage{id, is_held ? context.map->image(id).features : nullptr};
+  };
+  VEDUTA_ASSIGN_OR_RETURN(
+      const auto found,
+      context.loader->features()->Match(context.loader->snapshot(), held(wanted.first),
+                                        held(wanted.second), context.options.putative_ratio_max));
   if (wanted.from_first != nullptr) wanted.from_first->matches = found->from_first;
   if (wanted.from_second != nullptr) wanted.from_second->matches = found->from_second;
   return Status::Ok();

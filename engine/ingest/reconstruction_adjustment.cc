@@ -190,7 +190,7 @@ Healing TakeOut(const MappingContext& context, Healing found) {
 Result<Healing> AdjustReconstruction(const MappingContext& context, ReconstructionId id,
                                      Lenses lenses) {
   Region whole;
-  VEDUTA_RETURN_IF_ERROR(context.loader->LoadReconstruction(id, &whole.images, context.pool));
+  VEDUTA_RETURN_IF_ERROR(context.loader->LoadReconstruction(id, &whole.images));
   whole.known = whole.images;
   std::vector<RefinedLens> refined;
   if (lenses == Lenses::kRefined) {

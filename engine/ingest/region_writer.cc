@@ -133,7 +133,7 @@ Status TakeOutOfRegion(const IngestParts& parts, const WriteScope& scope,
     }
   }
   parts.TrimMap();
-  MapLoader loader(scope.base, parts.features, parts.map);
+  MapLoader loader(scope.base, parts.features, parts.map, parts.pool);
   const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
   VEDUTA_ASSIGN_OR_RETURN(const Region region,
                           LoadRegion(context, std::vector(images.begin(), images.end()), true));

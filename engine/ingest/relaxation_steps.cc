@@ -358,7 +358,7 @@ Status MoveSubmaps(const IngestParts& parts, ReconstructionId reconstruction, Su
                           scope.base->GetReconstruction(reconstruction));
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   parts.TrimMap();
-  MapLoader loader(scope.base, parts.features, parts.map);
+  MapLoader loader(scope.base, parts.features, parts.map, parts.pool);
   const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
   VEDUTA_ASSIGN_OR_RETURN(
       const SubmapGroup group,

@@ -62,7 +62,7 @@ Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope,
                       ReconstructionId reconstruction, const SubmapGroup& group,
                       HealingWriter* writer, Submaps* submaps) {
   parts.TrimMap();
-  MapLoader loader(scope.base, parts.features, parts.map);
+  MapLoader loader(scope.base, parts.features, parts.map, parts.pool);
   const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole,
                           scope.base->GetReconstruction(reconstruction));

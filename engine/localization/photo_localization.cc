@@ -209,9 +209,9 @@ class Localization final {
     Stopwatch watch;
     const uint64_t seed = photo.hash.Seed();
     const auto features = std::make_shared<const Features>(std::move(photo.features));
-    VEDUTA_ASSIGN_OR_RETURN(
-        const auto image,
-        ImageFeatures::Make(id, camera_, features, parts_.options.matched_count_max));
+    VEDUTA_ASSIGN_OR_RETURN(const auto image, ImageFeatures::Make(id, camera_, features,
+                                                                  parts_.options.matched_count_max,
+                                                                  ImageFeatures::Packing::kKept));
     const MappingContext context{&loader_, &map_, parts_.pool, parts_.options.mapper};
     const PoseGiver give_pose = [&](const ImageFeatures& seen, std::span<const PairMatches> pairs) {
       return GivePose(context, seen, pairs, seed);

@@ -66,10 +66,11 @@ class CameraSearch final {
     CameraModel any;
     any.width_px = photo_.width_px, any.height_px = photo_.height_px;
     any.fx = any.fy = std::max(any.width_px, any.height_px);
-    VEDUTA_ASSIGN_OR_RETURN(const auto image,
-                            ImageFeatures::Make(ImageId(state.next_image), any,
-                                                std::make_shared<const Features>(photo_.features),
-                                                parts_.options.matched_count_max));
+    VEDUTA_ASSIGN_OR_RETURN(
+        const auto image,
+        ImageFeatures::Make(ImageId(state.next_image), any,
+                            std::make_shared<const Features>(photo_.features),
+                            parts_.options.matched_count_max, ImageFeatures::Packing::kKept));
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<RankedImage> candidates,
                             parts_.retrieval->Candidates(*parts_.snapshot, photo_.features));
     if (candidates.empty())

@@ -21,6 +21,18 @@ auto FindElement(auto& track, ImageId image) {
                           [](const TrackElement& e, ImageId id) { return e.image < id; });
 }
 
+// The mean over the features that see it.
+std::array<uint8_t, 3> ColorOf(const CityMap& map, std::span<const TrackElement> track) {
+  std::array<uint32_t, 3> sum{};
+  for (const TrackElement& element : track) {
+    const Keypoint& seen = map.image(element.image).features->keypoints[element.feature];
+    for (int c = 0; c < 3; ++c) sum[c] += seen.rgb[c];
+  }
+  std::array<uint8_t, 3> rgb{};
+  for (int c = 0; c < 3; ++c) rgb[c] = static_cast<uint8_t>(sum[c] / track.size());
+  return rgb;
+}
+
 }  // namespace
 
 const MapImage& CityMap::image(ImageId id) const {
@@ -254,16 +266,14 @@ PointId CityMap::AddPoint(ImageId home, const Eigen::Vector3d& position,
   PointRecord point;
   point.id = {home, static_cast<uint32_t>(block->points.size()) + 1};
   point.position = position;
-  std::array<uint32_t, 3> rgb{};
   for (const TrackElement& element : track) {
     MapImage& seen_in = MutableImage(element.image);
     VEDUTA_CHECK(!seen_in.points[element.feature].valid(),
                  "a feature of " + Name(point.id) + " has a point already");
     seen_in.points[element.feature] = point.id;
     changes_.observations.insert(element.image);
-    for (int c = 0; c < 3; ++c) rgb[c] += seen_in.features->keypoints[element.feature].rgb[c];
   }
-  for (int c = 0; c < 3; ++c) point.rgb[c] = static_cast<uint8_t>(rgb[c] / track.size());
+  point.rgb = ColorOf(*this, track);
   point.track = std::move(track);
   Measure(&point);
   CountPoint(point, 1);
@@ -298,6 +308,7 @@ void CityMap::RemoveObservation(PointId id, ImageId image) {
   MutableImage(image).points[at->feature] = {};
   changes_.observations.insert(image);
   point.track.erase(at);
+  point.rgb = ColorOf(*this, point.track);  // nothing of a photo that is taken out stays
   Measure(&point);
   CountPoint(point, 1);
 }

@@ -24,7 +24,7 @@ void WriteColumn(const uint8_t* descriptor, int column, DescriptorPanel* panel) 
 
 }  // namespace
 
-Result<PackedDescriptors> PackedDescriptors::Pack(const Features& features, uint32_t count_max) {
+Status PackedDescriptors::Check(const Features& features, uint32_t count_max) {
   if (count_max > kPackedCountMax) {
     return Status::InvalidArgument("cannot pack " + std::to_string(count_max) +
                                    " descriptors an image; at most " +
@@ -35,6 +35,11 @@ Result<PackedDescriptors> PackedDescriptors::Pack(const Features& features, uint
                                    std::to_string(features.descriptors.size()) +
                                    " bytes of descriptors, not 128 each");
   }
+  return Status::Ok();
+}
+
+Result<PackedDescriptors> PackedDescriptors::Pack(const Features& features, uint32_t count_max) {
+  VEDUTA_RETURN_IF_ERROR(Check(features, count_max));
   const uint32_t count = static_cast<uint32_t>(std::min<size_t>(count_max, features.size()));
   PackedDescriptors packed;
   for (uint32_t i = 0; i < count; ++i)

@@ -26,6 +26,8 @@ class PackedDescriptors final {
   // kInvalidArgument when count_max exceeds 65535 or `features` has not 128 bytes for
   // each keypoint.
   static Result<PackedDescriptors> Pack(const Features& features, uint32_t count_max);
+  // Ok where Pack is.
+  static Status Check(const Features& features, uint32_t count_max);
 
   uint32_t count() const { return static_cast<uint32_t>(feature_of_.size()); }
   size_t size_bytes() const;

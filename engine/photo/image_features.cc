@@ -19,14 +19,23 @@ std::vector<FeatureMatch> FeaturesOf(std::span<const DescriptorMatch> found) {
 
 }  // namespace
 
+std::shared_ptr<const PackedDescriptors> ImageFeatures::Packed() const {
+  if (kept) return kept;
+  Result<PackedDescriptors> packed = PackedDescriptors::Pack(*features, matched_count_max);
+  VEDUTA_CHECK(packed.ok(), packed.status().message());  // Make has seen to that
+  return std::make_shared<const PackedDescriptors>(*std::move(packed));
+}
+
 size_t ImageFeatures::size_bytes() const {
   return sizeof(*this) + features->descriptors.size() +
-         features->keypoints.size() * sizeof(Keypoint) + grid->size_bytes() + packed.size_bytes();
+         features->keypoints.size() * sizeof(Keypoint) + grid->size_bytes() +
+         (kept ? kept->size_bytes() : 0);
 }
 
 Result<std::shared_ptr<const ImageFeatures>> ImageFeatures::Make(
     ImageId id, const CameraModel& camera, std::shared_ptr<const Features> features,
-    uint32_t matched_count_max) {
+    uint32_t matched_count_max, Packing packing) {
+  VEDUTA_RETURN_IF_ERROR(PackedDescriptors::Check(*features, matched_count_max));
   auto made = std::make_shared<ImageFeatures>();
   made->id = id;
   made->camera = Pinhole(camera);
@@ -35,8 +44,7 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatures::Make(
   made->features = std::move(features);
   made->grid = std::make_shared<const FeatureGrid>(*made->features);
   made->matched_count_max = matched_count_max;
-  VEDUTA_ASSIGN_OR_RETURN(made->packed,
-                          PackedDescriptors::Pack(*made->features, matched_count_max));
+  if (packing == Packing::kKept) made->kept = made->Packed();
   return std::shared_ptr<const ImageFeatures>(std::move(made));
 }
 
@@ -72,19 +80,26 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapsh
   return std::shared_ptr<const ImageFeatures>(std::move(renewed));
 }
 
+Result<PackedDescriptors> ImageFeatureCache::Pack(const Snapshot& snapshot,
+                                                  const MatchedImage& image) {
+  if (image.features) return PackedDescriptors::Pack(*image.features, matched_count_max_);
+  VEDUTA_ASSIGN_OR_RETURN(const auto stored, Get(snapshot, image.id));
+  return PackedDescriptors::Pack(*stored->features, matched_count_max_);
+}
+
 Result<std::shared_ptr<const PutativeMatches>> ImageFeatureCache::Match(const Snapshot& snapshot,
-                                                                        ImageId first,
-                                                                        ImageId second,
+                                                                        const MatchedImage& first,
+                                                                        const MatchedImage& second,
                                                                         double ratio_max) {
-  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image_a, snapshot.GetImage(first));
-  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image_b, snapshot.GetImage(second));
-  const MatchKey key{{first, image_a.photo}, {second, image_b.photo}, ratio_max};
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image_a, snapshot.GetImage(first.id));
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image_b, snapshot.GetImage(second.id));
+  const MatchKey key{{first.id, image_a.photo}, {second.id, image_b.photo}, ratio_max};
   const auto match = [&]() -> Result<std::shared_ptr<const PutativeMatches>> {
-    VEDUTA_ASSIGN_OR_RETURN(const auto a, Get(snapshot, first));
-    VEDUTA_ASSIGN_OR_RETURN(const auto b, Get(snapshot, second));
+    VEDUTA_ASSIGN_OR_RETURN(const PackedDescriptors a, Pack(snapshot, first));
+    VEDUTA_ASSIGN_OR_RETURN(const PackedDescriptors b, Pack(snapshot, second));
     MatchOptions options;
     options.ratio_max = ratio_max;
-    const MatchesBothWays found = MatchBothWays(a->packed, b->packed, options);
+    const MatchesBothWays found = MatchBothWays(a, b, options);
     return std::make_shared<const PutativeMatches>(
         PutativeMatches{FeaturesOf(found.from_a), FeaturesOf(found.from_b)});
   };
@@ -97,6 +112,11 @@ Result<std::shared_ptr<const PutativeMatches>> ImageFeatureCache::Match(const Sn
 void ImageFeatureCache::Put(const ContentHash& photo,
                             std::shared_ptr<const ImageFeatures> features) {
   const ImageId id = features->id;
+  if (features->kept) {
+    auto alone = std::make_shared<ImageFeatures>(*features);
+    alone->kept.reset();
+    features = std::move(alone);
+  }
   const size_t size_bytes = features->size_bytes();
   cache_.Put({id, photo}, std::move(features), size_bytes);
 }

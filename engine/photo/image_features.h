@@ -17,23 +17,38 @@
 
 namespace veduta {
 
-// The features of one image, laid out for matching. Immutable once made.
+// The features of one image. Immutable once made.
 struct ImageFeatures {
+  // Whether they stay laid out for matching, which takes half as much memory again: of a photo that
+  // is matched with many.
+  enum class Packing : uint8_t { kOnDemand, kKept };
+
   ImageId id;
   Pinhole camera;
   uint32_t width_px = 0, height_px = 0;
   std::shared_ptr<const Features> features;  // all of them
   std::shared_ptr<const FeatureGrid> grid;   // where all of them lie
   uint32_t matched_count_max = 0;
-  PackedDescriptors packed;  // the strongest ones, matched_count_max at most
+  std::shared_ptr<const PackedDescriptors> kept;  // Packed(); null: not kept
 
+  // The strongest ones, matched_count_max at most, laid out for matching. About 0.1 ms where they
+  // are not kept.
+  std::shared_ptr<const PackedDescriptors> Packed() const;
   // Memory that it takes, about.
   size_t size_bytes() const;
 
-  // kInvalidArgument when matched_count_max exceeds kPackedCountMax.
+  // kInvalidArgument when matched_count_max exceeds kPackedCountMax, or the features do not have as
+  // many descriptors as keypoints.
   static Result<std::shared_ptr<const ImageFeatures>> Make(ImageId id, const CameraModel& camera,
                                                            std::shared_ptr<const Features> features,
-                                                           uint32_t matched_count_max);
+                                                           uint32_t matched_count_max,
+                                                           Packing packing = Packing::kOnDemand);
+};
+
+// A stored image that is matched.
+struct MatchedImage {
+  ImageId id;
+  std::shared_ptr<const Features> features = {};  // all of them; null: the cache has or reads them
 };
 
 // Matches of two stored images' packed features, as MatchMutual (mutual_matcher.h) gives them.
@@ -61,16 +76,25 @@ class ImageFeatureCache final {
   // The matches of two images, first < second, by a ratio test of `ratio_max` (MatchOptions). They
   // are kept because images are adjusted again and again with the same ones beside them. Errors as
   // of Get.
-  Result<std::shared_ptr<const PutativeMatches>> Match(const Snapshot& snapshot, ImageId first,
-                                                       ImageId second, double ratio_max);
+  Result<std::shared_ptr<const PutativeMatches>> Match(const Snapshot& snapshot,
+                                                       const MatchedImage& first,
+                                                       const MatchedImage& second,
+                                                       double ratio_max);
   // Keeps the features of an image that was just stored with this photo, unless they are kept
-  // already.
+  // already; not laid out for matching.
   void Put(const ContentHash& photo, std::shared_ptr<const ImageFeatures> features);
   // Keeps those no longer that an image had with this photo, which is gone.
   void Forget(ImageId id, const ContentHash& photo) { cache_.Erase({id, photo}); }
+  // Gives up all that it keeps: what is wanted is read again.
+  void Clear() {
+    cache_.Clear();
+    matches_.Clear();
+  }
   uint32_t matched_count_max() const { return matched_count_max_; }
 
  private:
+  Result<PackedDescriptors> Pack(const Snapshot& snapshot, const MatchedImage& image);
+
   // An image may have another photo in a later snapshot.
   struct Key {
     ImageId id;

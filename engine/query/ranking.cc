@@ -27,7 +27,7 @@ Result<std::vector<RankedImage>> RankByMatching(const Snapshot& snapshot, const 
       failures[i] = stored.status();
       return;
     }
-    const size_t matches = MatchMutual(packed, (*stored)->packed, options).size();
+    const size_t matches = MatchMutual(packed, *(*stored)->Packed(), options).size();
     ranked[i].score = static_cast<double>(matches) / std::max<double>(1, packed.count());
   });
   for (const Status& failure : failures) VEDUTA_RETURN_IF_ERROR(failure);

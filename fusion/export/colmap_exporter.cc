@@ -23,13 +23,14 @@ constexpr uint64_t kNoPoint = 0;
 // For features that are computed again: a table or two. Chosen by hand; not measured.
 constexpr uint64_t kTablesBytesMax = 64ull << 20;
 
-// What the photos are called that belong to the model; undistorted ones.
-using PhotoNames = std::map<ImageId, std::string>;
+// The photos that belong to the model, where they are undistorted.
+using UndistortedPhotos = std::map<ImageId, UndistortedPhoto>;
 
 class ColmapModel final {
  public:
   ColmapModel(const Snapshot& snapshot, const ReconstructionRecord& record,
-              const std::set<ImageId>& untold, ColmapFiles* files, const PhotoNames* undistorted)
+              const std::set<ImageId>& untold, ColmapFiles* files,
+              const UndistortedPhotos* undistorted)
       : snapshot_(snapshot),
         record_(record),
         untold_(untold),
@@ -40,7 +41,7 @@ class ColmapModel final {
     VEDUTA_RETURN_IF_ERROR(FindNames(poses));
     VEDUTA_RETURN_IF_ERROR(WritePoints());
     for (const PoseRecord& pose : poses) VEDUTA_RETURN_IF_ERROR(WriteImage(pose));
-    VEDUTA_RETURN_IF_ERROR(WriteCameras());
+    for (const auto& [id, camera] : cameras_) files_->AddCamera(camera);
     return files_->Finish();
   }
   uint64_t point_count() const { return point_count_; }
@@ -72,7 +73,8 @@ class ColmapModel final {
 
   Status FindNames(const std::vector<PoseRecord>& poses) {
     if (undistorted_ != nullptr) {
-      names_ = *undistorted_;
+      for (const auto& [id, photo] : *undistorted_)
+        names_[id] = std::filesystem::path(photo.path).filename().string();
       return Status::Ok();
     }
     std::vector<ImageRecord> images(poses.size());
@@ -92,10 +94,11 @@ class ColmapModel final {
                             ReadOrDeriveFeatures(snapshot_, image, camera.model, &tables_));
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
                             snapshot_.GetObservations(image.id));
-    cameras_.insert(image.camera);
     VEDUTA_RETURN_IF_ERROR(CheckObservations(image, features, observations));
+    const ColmapCamera& written =
+        cameras_.try_emplace(image.camera, CameraOf(image, camera.model)).first->second;
     files_->AddImage({image.id, image.camera, names_.at(image.id), pose.cam_from_world,
-                      FeaturesOf(features, observations, camera.model)});
+                      FeaturesOf(features, observations, camera.model, written)});
     return Status::Ok();
   }
 
@@ -111,46 +114,51 @@ class ColmapModel final {
     return Status::Ok();
   }
 
-  // All features of an image, each with its point's number.
+  // All features of an image, each with its point's number. Those of an undistorted photo may lie
+  // where it was cropped.
   std::vector<ColmapFeature> FeaturesOf(const Features& features,
                                         const std::vector<Observation>& observations,
-                                        const CameraModel& camera) const {
+                                        const CameraModel& camera,
+                                        const ColmapCamera& written) const {
+    // From the features' pixels to COLMAP's, of the picture that is cropped on each side.
+    const double right_px = written.params[2] - camera.cx, down_px = written.params[3] - camera.cy;
     std::vector<ColmapFeature> all;
     auto next = observations.begin();
     for (FeatureIndex f = 0; f < features.size(); ++f) {
       Eigen::Vector2d x(features.keypoints[f].x_px, features.keypoints[f].y_px);
       if (IsOpenCvModel(camera)) x = DistortPixel(camera, x);
       const bool is_seen = next != observations.end() && next->feature == f;
-      all.push_back({x.x() + kColmapPixelOffset, x.y() + kColmapPixelOffset,
-                     is_seen ? numbers_.at((next++)->point) : kNoPoint});
+      all.push_back(
+          {x.x() + right_px, x.y() + down_px, is_seen ? numbers_.at((next++)->point) : kNoPoint});
     }
     return all;
   }
 
-  Status WriteCameras() {
-    for (const CameraId id : cameras_) {
-      VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(id));
-      const CameraModel& m = camera.model;
-      ColmapCamera written{id, ColmapCameraModel::kPinhole, m.width_px, m.height_px, {}};
-      written.params = {m.fx, m.fy, m.cx + kColmapPixelOffset, m.cy + kColmapPixelOffset};
-      if (IsOpenCvModel(m)) {
-        written.model = ColmapCameraModel::kOpenCv;
-        written.params.insert(written.params.end(), {m.k1, m.k2, 0, 0});
-      }
-      files_->AddCamera(written);
+  // Of the photos as they are written: all of one camera are undistorted and cropped alike.
+  ColmapCamera CameraOf(const ImageRecord& image, const CameraModel& m) const {
+    ColmapCamera written{image.camera, ColmapCameraModel::kPinhole, m.width_px, m.height_px, {}};
+    written.params = {m.fx, m.fy, m.cx + kColmapPixelOffset, m.cy + kColmapPixelOffset};
+    if (undistorted_ != nullptr) {
+      const ViewGeometry& view = undistorted_->at(image.id).geometry;
+      written.width_px = view.width_px, written.height_px = view.height_px;
+      written.params = {view.camera.fx, view.camera.fy, view.camera.cx + kColmapPixelOffset,
+                        view.camera.cy + kColmapPixelOffset};
+    } else if (IsOpenCvModel(m)) {
+      written.model = ColmapCameraModel::kOpenCv;
+      written.params.insert(written.params.end(), {m.k1, m.k2, 0, 0});
     }
-    return Status::Ok();
+    return written;
   }
 
   const Snapshot& snapshot_;
   const ReconstructionRecord& record_;
   const std::set<ImageId>& untold_;
   ColmapFiles* const files_;
-  const PhotoNames* const undistorted_;  // null: the photos are as they were taken
+  const UndistortedPhotos* const undistorted_;  // null: the photos are as they were taken
   uint64_t point_count_ = 0;
   std::map<PointId, uint64_t> numbers_;  // kNoPoint for those that are not written
   std::map<ImageId, std::string> names_;
-  std::set<CameraId> cameras_;
+  std::map<CameraId, ColmapCamera> cameras_;  // of images that were written
   UndistortCache tables_{kTablesBytesMax};
 };
 
@@ -174,10 +182,11 @@ class ColmapExporter final : public Exporter {
       }));
     }
     const std::vector<PoseRecord>& poses = (*poses_)[record.id];
-    PhotoNames names;
+    UndistortedPhotos undistorted;
     std::string model_folder = folder;
     if (photos_ == Photos::kUndistorted) {
-      VEDUTA_ASSIGN_OR_RETURN(names, WritePhotos(record.id, folder));
+      VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot_, record.id, with_hidden_));
+      VEDUTA_ASSIGN_OR_RETURN(undistorted, WriteUndistorted(snapshot_, scene, folder));
       model_folder += "/sparse/0";
       std::error_code error;
       std::filesystem::create_directories(model_folder, error);
@@ -186,22 +195,12 @@ class ColmapExporter final : public Exporter {
     }
     VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<ColmapFiles> files, open_(model_folder));
     ColmapModel model(snapshot_, record, untold_, files.get(),
-                      photos_ == Photos::kUndistorted ? &names : nullptr);
+                      photos_ == Photos::kUndistorted ? &undistorted : nullptr);
     VEDUTA_RETURN_IF_ERROR(model.Write(poses));
     return ExportedModel{record.id, folder, poses.size(), model.point_count(), 0, 0};
   }
 
  private:
-  // What they are called in images/.
-  Result<PhotoNames> WritePhotos(ReconstructionId id, const std::string& folder) const {
-    VEDUTA_ASSIGN_OR_RETURN(const Scene scene, LoadToldScene(snapshot_, id, with_hidden_));
-    VEDUTA_ASSIGN_OR_RETURN(const auto photos, WriteUndistorted(snapshot_, scene, folder));
-    PhotoNames names;
-    for (const auto& [image, photo] : photos)
-      names[image] = std::filesystem::path(photo.path).filename().string();
-    return names;
-  }
-
   const Snapshot& snapshot_;
   const bool with_hidden_;
   const OpenColmap open_;

@@ -136,8 +136,13 @@ class CheckStage final {
     const SceneImage& image = pass_.scene().images.at(depth.image);
     std::optional<CheckedDepthRecord> last;
     if (depth.checked_version != 0) {
-      VEDUTA_ASSIGN_OR_RETURN(
-          last, snapshot_->dense().GetCheckedDepth(depth.image, depth.checked_version));
+      Result<CheckedDepthRecord> found =
+          snapshot_->dense().GetCheckedDepth(depth.image, depth.checked_version);
+      // One that is gone is made anew.
+      if (found.status().code() != StatusCode::kNotFound) {
+        VEDUTA_RETURN_IF_ERROR(found.status());
+        last = *std::move(found);
+      }
     }
     // Neighbours that other options or another algorithm chose, or that a former depth map was
     // checked against, are chosen anew.
@@ -173,7 +178,7 @@ class CheckStage final {
     return CheckConsistency(*map, GeometryOf(depth), neighbors, options_.consistency, pass_.pool());
   }
 
-  Status Make(DepthRecord depth, CheckedDepthRecord checked) {
+  Status Make(const DepthRecord& depth, CheckedDepthRecord checked) {
     VEDUTA_ASSIGN_OR_RETURN(const DepthMap kept, CheckAgainst(depth, checked));
     checked.image = depth.image;
     checked.reconstruction = depth.reconstruction;
@@ -191,12 +196,15 @@ class CheckStage final {
       checked.blocks.push_back({named.block, named.pixel_count});
     checked.known_count = static_cast<uint32_t>(
         std::ranges::count_if(pixels.codes, [](uint16_t code) { return code != 0; }));
-    depth.checked_version = checked.version;
-    VEDUTA_RETURN_IF_ERROR(pass_.Commit([&](const Snapshot&, Transaction* transaction) {
-      transaction->dense().PutDepth(depth);
-      transaction->dense().PutCheckedDepth(checked, pixels);
-      return Status::Ok();
-    }));
+    DepthRecord with_check = depth;
+    with_check.checked_version = checked.version;
+    VEDUTA_RETURN_IF_ERROR(
+        pass_.Commit([&](const Snapshot& now, Transaction* transaction) -> Status {
+          VEDUTA_RETURN_IF_ERROR(pass_.ExpectDepth(now, depth));
+          transaction->dense().PutDepth(with_check);
+          transaction->dense().PutCheckedDepth(checked, pixels);
+          return Status::Ok();
+        }));
     ++count_.computed;
     count_.units += checked.known_count;
     return Status::Ok();

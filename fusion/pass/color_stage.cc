@@ -203,12 +203,13 @@ class ColorStage final {
     const std::vector<uint8_t> bytes =
         SerializeColors(record.mesh_version, colors.colors, colors.view_counts);
     ++count_.computed;
-    return pass_.Commit([&](const Snapshot&, Transaction* transaction) {
+    const auto write = [&](const Snapshot&, Transaction* transaction) {
       transaction->dense().PutSurface(SurfacePart::kColors, record.reconstruction, record.place,
                                       bytes);
       transaction->dense().PutTile(record);
       return Status::Ok();
-    });
+    };
+    return pass_.CommitTile(tiles_[tile], record.place, write);
   }
 
   const ColorStageOptions& options_;
@@ -245,9 +246,10 @@ Result<StageCount> UpdateExposures(const ExposureStageOptions& options, DensePas
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ColorObservation> observations,
                           Observe(*pass, depths, fixed));
   VEDUTA_ASSIGN_OR_RETURN(const auto gains, SolveExposures(observations, fixed, options.exposure));
-  VEDUTA_RETURN_IF_ERROR(pass->Commit([&](const Snapshot&, Transaction* transaction) {
+  VEDUTA_RETURN_IF_ERROR(pass->Commit([&](const Snapshot& now, Transaction* transaction) -> Status {
     for (auto& [id, depth] : depths) {
       if (fixed.contains(id)) continue;
+      VEDUTA_RETURN_IF_ERROR(pass->ExpectDepth(now, depth));
       const auto found = gains.find(id);
       const Eigen::Vector3f gain = found == gains.end() ? Eigen::Vector3f::Ones() : found->second;
       depth.gain = {gain.x(), gain.y(), gain.z()};

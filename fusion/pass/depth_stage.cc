@@ -41,6 +41,7 @@ class DepthStage final {
   }
 
   Result<StageCount> Run() {
+    VEDUTA_RETURN_IF_ERROR(DropStrangers());
     size_t done = 0;
     for (const auto& [id, image] : pass_.scene().images) {
       VEDUTA_RETURN_IF_ERROR(pass_.Tell("depth maps", done++, pass_.scene().images.size()));
@@ -51,6 +52,23 @@ class DepthStage final {
   }
 
  private:
+  // Deletes the maps of photos that have no pose in the reconstruction any more: those of a pass
+  // that was at work on them when they lost it.
+  Status DropStrangers() {
+    std::vector<ImageId> strangers;
+    VEDUTA_RETURN_IF_ERROR(pass_.GetSnapshot()->dense().ScanDepths([&](const DepthRecord& depth) {
+      const bool is_own = depth.reconstruction == pass_.reconstruction();
+      if (is_own && !pass_.scene().images.contains(depth.image)) strangers.push_back(depth.image);
+      return true;
+    }));
+    if (strangers.empty()) return Status::Ok();
+    count_.removed += strangers.size();
+    return pass_.Commit([&](const Snapshot&, Transaction* transaction) {
+      for (const ImageId id : strangers) transaction->dense().DeleteDepth(id);
+      return Status::Ok();
+    });
+  }
+
   // Of what a depth map is made from, as its record says it; 0 when a view that it names is gone.
   uint64_t VersionOfDepth(const DepthRecord& depth) const {
     VersionFeed feed(options_);
@@ -172,7 +190,7 @@ class DepthStage final {
       plan.gain = stored->gain;
       plan.exposure_version = stored->exposure_version;
     }
-    return Make(image, std::move(plan), stored.has_value());
+    return Make(image, std::move(plan), stored);
   }
 
   Status PassOver(const SceneImage& image, const std::string& reason, bool is_stored) {
@@ -185,7 +203,7 @@ class DepthStage final {
     });
   }
 
-  Status Make(const SceneImage& image, DepthRecord plan, bool is_stored) {
+  Status Make(const SceneImage& image, DepthRecord plan, const std::optional<DepthRecord>& stored) {
     const Result<std::shared_ptr<const View>> key = loader_.Load(image);
     if (key.status().code() == StatusCode::kCorruption)
       return PassOver(image, key.status().message(), /*is_stored=*/false);
@@ -209,17 +227,21 @@ class DepthStage final {
     if (map.status().code() == StatusCode::kCancelled) return pass_.CheckStop();
     // A view that nothing can be made of must not keep the city from its surface.
     if (map.status().code() == StatusCode::kInvalidArgument)
-      return PassOver(image, map.status().message(), is_stored);
+      return PassOver(image, map.status().message(), stored.has_value());
     VEDUTA_RETURN_IF_ERROR(map.status());
     DepthPixels pixels = EncodeDepth(*map, range);
     ForgetFilled(**key, &pixels);
     plan.known_count = static_cast<uint32_t>(
         std::ranges::count_if(pixels.codes, [](uint16_t code) { return code != 0; }));
-    VEDUTA_RETURN_IF_ERROR(pass_.Commit([&](const Snapshot&, Transaction* transaction) {
-      transaction->dense().PutDepth(plan);
-      transaction->dense().PutDepthPixels(plan.image, pixels);
-      return Status::Ok();
-    }));
+    VEDUTA_RETURN_IF_ERROR(
+        pass_.Commit([&](const Snapshot& now, Transaction* transaction) -> Status {
+          VEDUTA_ASSIGN_OR_RETURN(const std::optional<PoseRecord> pose, now.FindPose(plan.image));
+          if (!pose || pose->reconstruction != plan.reconstruction) return pass_.NoteOvertaken();
+          if (stored) VEDUTA_RETURN_IF_ERROR(pass_.ExpectDepth(now, *stored));
+          transaction->dense().PutDepth(plan);
+          transaction->dense().PutDepthPixels(plan.image, pixels);
+          return Status::Ok();
+        }));
     ++count_.computed;
     count_.units += plan.known_count;
     return Status::Ok();

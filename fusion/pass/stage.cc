@@ -2,8 +2,21 @@
 #include "fusion/pass/stage.h"
 
 #include <set>
+#include <tuple>
 
 namespace veduta {
+namespace {
+
+bool IsSame(const TileRecord& a, const TileRecord& b) {
+  const auto versions = [](const TileRecord& tile) {
+    return std::tie(tile.blocks, tile.volume_version, tile.histogram_version,
+                    tile.first_round_version, tile.solution_version, tile.mesh_version,
+                    tile.color_version);
+  };
+  return versions(a) == versions(b);
+}
+
+}  // namespace
 
 Status DensePass::Tell(std::string_view stage, size_t done, size_t total) const {
   if (tools_.progress) tools_.progress(stage, done, total);
@@ -32,6 +45,32 @@ Status DensePass::Commit(const Write& write) {
   }
   VEDUTA_RETURN_IF_ERROR(write(*snapshot, transaction.get()));
   return transaction->Commit();
+}
+
+Status DensePass::NoteOvertaken() {
+  is_overtaken_ = true;
+  return Status::Busy(
+      "photos were taken out of reconstruction " + std::to_string(reconstruction().value) +
+      " while the dense pass worked on it; what is finished is stored: do it again");
+}
+
+Status DensePass::CommitTile(const std::optional<TileRecord>& as_read, const GridPlace& place,
+                             const Write& write) {
+  return Commit([&](const Snapshot& now, Transaction* transaction) -> Status {
+    VEDUTA_ASSIGN_OR_RETURN(const std::optional<TileRecord> tile,
+                            now.dense().FindTile(surface(), place));
+    if (tile.has_value() != as_read.has_value() || (tile && !IsSame(*tile, *as_read)))
+      return NoteOvertaken();
+    return write(now, transaction);
+  });
+}
+
+Status DensePass::ExpectDepth(const Snapshot& now, const DepthRecord& as_read) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<DepthRecord> depth,
+                          now.dense().FindDepth(as_read.image));
+  const bool is_same = depth && depth->version == as_read.version &&
+                       depth->checked_version == as_read.checked_version;
+  return is_same ? Status::Ok() : NoteOvertaken();
 }
 
 Status SweepStale(DensePass* pass) {

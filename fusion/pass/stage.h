@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -50,15 +51,25 @@ class DensePass final {
   // dissolved: merged_into() and dissolved() tell from then on.
   using Write = std::function<Status(const Snapshot&, Transaction*)>;
   Status Commit(const Write& write);
+  // The same of one tile, whose record was `as_read` (nothing: there was none) when the piece was
+  // begun. Where it is another one now, the pass is overtaken.
+  Status CommitTile(const std::optional<TileRecord>& as_read, const GridPlace& place,
+                    const Write& write);
+  // For `write`: overtaken where the depth map's record is another one now, or is gone.
+  Status ExpectDepth(const Snapshot& now, const DepthRecord& as_read);
   ReconstructionId merged_into() const { return merged_into_; }
   bool dissolved() const { return dissolved_; }
+  // What a piece was made from has been taken out of the reconstruction while the pass worked on
+  // it: that is noted, and returned as kBusy. A new pass goes on from what is stored.
+  Status NoteOvertaken();
+  bool is_overtaken() const { return is_overtaken_; }
 
  private:
   const DensePassTools& tools_;
   const Scene& scene_;
   ReconstructionId surface_;
   ReconstructionId merged_into_;
-  bool dissolved_ = false;
+  bool dissolved_ = false, is_overtaken_ = false;
 };
 
 // What an artefact is made from, fed piece by piece after the options and the algorithms of its

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "fusion/pass/surface_settings.h"
+#include "storage/base/content_hash.h"
 
 namespace veduta {
 namespace {
@@ -63,6 +64,16 @@ Result<TileRecords> LoadCurrentTiles(const Snapshot& snapshot, ReconstructionId 
                           LoadTileRecords(snapshot, StagedSurfaceOf(reconstruction)));
   tiles.merge(others);
   return tiles;
+}
+
+void KeepSome(size_t count_max, std::vector<DepthVersion>* depths) {
+  if (depths->size() > count_max) {
+    const auto hash = [](const DepthVersion& depth) { return MixSeed(depth.image.value, 0); };
+    std::ranges::nth_element(*depths, depths->begin() + static_cast<ptrdiff_t>(count_max), {},
+                             hash);
+    depths->resize(count_max);
+  }
+  std::ranges::sort(*depths);
 }
 
 Result<std::vector<HistogramAt>> LoadHistograms(const Snapshot& snapshot, const TileRecords& tiles,

@@ -24,6 +24,10 @@ Result<TileRecords> LoadTileRecords(const Snapshot& snapshot, ReconstructionId r
 // `reconstruction` says under which id their parts are stored.
 Result<TileRecords> LoadCurrentTiles(const Snapshot& snapshot, ReconstructionId reconstruction);
 
+// Leaves `count_max` maps where there are more: those whose images' numbers have the lowest hashes,
+// whichever others there are; ascending.
+void KeepSome(size_t count_max, std::vector<DepthVersion>* depths);
+
 // Histograms of all allocated blocks that solving the tile reads, ascending.
 struct HistogramAt {
   GridPlace index;

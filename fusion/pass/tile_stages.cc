@@ -44,6 +44,7 @@ constexpr Round kFirstRound = {"first round", SurfacePart::kSolution, SurfacePar
 constexpr Round kSecondRound = {"solution", SurfacePart::kFirstRound, SurfacePart::kSolution,
                                 &TileRecord::first_round_version, &TileRecord::solution_version};
 
+// `tile` is what becomes of the record in `tiles`.
 Status Solve(const FusionStageOptions& options, const Round& round, const TileRecords& tiles,
              const TileRecord& tile, DensePass* pass) {
   const auto snapshot = pass->GetSnapshot();
@@ -64,11 +65,12 @@ Status Solve(const FusionStageOptions& options, const Round& round, const TileRe
   if (solution.status().code() == StatusCode::kCancelled) return pass->CheckStop();
   VEDUTA_RETURN_IF_ERROR(solution.status());
   const std::vector<uint8_t> bytes = SerializeSolution(solution->blocks);
-  return pass->Commit([&](const Snapshot&, Transaction* transaction) {
+  const auto write = [&](const Snapshot&, Transaction* transaction) {
     transaction->dense().PutSurface(round.result, tile.reconstruction, tile.place, bytes);
     transaction->dense().PutTile(tile);
     return Status::Ok();
-  });
+  };
+  return pass->CommitTile(tiles.at(tile.place), tile.place, write);
 }
 
 // Solves the tiles whose version of this round is stale, `looked_at` of 2 x tiles before it.
@@ -106,14 +108,14 @@ Result<SurfacePiece> Extract(const MeshStageOptions& options, const Snapshot& sn
   return ExtractSurface(place, blocks, options.grid, options.extraction);
 }
 
-Status Commit(Extraction* extraction, DensePass* pass) {
+Status Commit(const TileRecord& as_read, Extraction* extraction, DensePass* pass) {
   VEDUTA_RETURN_IF_ERROR(extraction->piece.status());
   TileRecord& tile = extraction->tile;
   const SurfacePiece& piece = *extraction->piece;
   tile.triangle_count = piece.triangles.size();
   tile.vertex_count = piece.keys.size();
   const std::vector<uint8_t> bytes = Serialize(piece);
-  return pass->Commit([&](const Snapshot&, Transaction* transaction) {
+  return pass->CommitTile(as_read, tile.place, [&](const Snapshot&, Transaction* transaction) {
     transaction->dense().PutSurface(SurfacePart::kMesh, tile.reconstruction, tile.place, bytes);
     transaction->dense().PutTile(tile);
     return Status::Ok();
@@ -159,7 +161,7 @@ Result<StageCount> ExtractTiles(const MeshStageOptions& options, DensePass* pass
       stale[first + i].piece = Extract(options, *snapshot, tiles, stale[first + i].tile.place);
     });
     for (size_t i = first; i < last; ++i) {
-      VEDUTA_RETURN_IF_ERROR(Commit(&stale[i], pass));
+      VEDUTA_RETURN_IF_ERROR(Commit(tiles.at(stale[i].tile.place), &stale[i], pass));
       stale[i].piece = Status::Cancelled("committed");  // gives back its memory
       ++count.computed;
     }

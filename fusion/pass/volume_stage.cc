@@ -16,6 +16,9 @@ namespace veduta {
 namespace {
 
 constexpr size_t kRangeImagesKept = 48;  // chosen by hand; not measured
+// Maps that a tile holds: more than so many of full weight, and a voxel's counters would overflow
+// (fusion/volume/histogram.h).
+constexpr size_t kTileMapsMax = 1000;
 
 // How much of all maps' surface lies in a block.
 struct Naming {
@@ -105,25 +108,55 @@ class VolumeStage final {
     VEDUTA_ASSIGN_OR_RETURN(const std::optional<TileRecord> found,
                             snapshot_->dense().FindTile(pass_.surface(), place));
     if (wanted == 0) return Drop(place);
-    TileRecord tile;
-    if (found) tile = *found;
-    tile.reconstruction = pass_.surface();
-    tile.place = place;
-    const TileRecord last = tile;
+    TileRecord last;
+    if (found) last = *found;
+    TileRecord tile = last;
     tile.blocks = wanted;
     tile.depths.clear();
     for (const CheckedDepthRecord& depth : depths_) {
       if (MaySeeTile(GeometryOf(depth), depth.depth_far, place, options_.grid))
         tile.depths.push_back({depth.image, 0, depth.version});
     }
-    std::ranges::sort(tile.depths);
+    KeepSome(kTileMapsMax, &tile.depths);
     tile.volume_version = VersionOfVolume(tile);
     if (last.volume_version == tile.volume_version) {
       ++count_.kept;
       return Status::Ok();
     }
     ++count_.computed;
-    return Integrate(last, tile);
+    VEDUTA_ASSIGN_OR_RETURN(const bool has_parts, HasParts(last));
+    if (!has_parts) {
+      last = {};
+      tile.histogram_version = tile.first_round_version = tile.solution_version = 0;
+      tile.mesh_version = tile.color_version = 0;
+    }
+    for (TileRecord* const record : {&last, &tile}) {
+      record->reconstruction = pass_.surface();
+      record->place = place;
+    }
+    const Status done = Integrate(found, last, tile, /*from_nothing=*/false);
+    if (done.code() != StatusCode::kNotFound) return done;
+    // It holds a map that is not there, as earlier programs left it where a photo was taken out
+    // under a pass.
+    return Integrate(found, last, tile, /*from_nothing=*/true);
+  }
+
+  // Whether what the record says is there. Earlier programs left records without their parts where
+  // a photo was taken out under a pass.
+  Result<bool> HasParts(const TileRecord& tile) const {
+    const DenseReader& dense = snapshot_->dense();
+    const auto block = static_cast<uint8_t>(std::countr_zero(tile.blocks));
+    if (tile.blocks != 0 && tile.histogram_version != 0) {
+      const Status found = dense.GetVolumeBlock(tile.reconstruction, tile.place, block).status();
+      if (found.code() == StatusCode::kNotFound) return false;
+      VEDUTA_RETURN_IF_ERROR(found);
+    }
+    if (tile.solution_version == 0) return true;
+    const Status found =
+        dense.GetSurface(SurfacePart::kSolution, tile.reconstruction, tile.place).status();
+    if (found.code() == StatusCode::kNotFound) return false;
+    VEDUTA_RETURN_IF_ERROR(found);
+    return true;
   }
 
   Status Drop(GridPlace place) {
@@ -134,10 +167,11 @@ class VolumeStage final {
     });
   }
 
-  // The changes from `last` to `tile`; all maps of `tile` where that is less work, or where what is
-  // stored was made with other options or by another algorithm.
+  // The changes from `last` to `tile`; all maps of `tile` where that is asked for or is less work,
+  // or where what is stored was made with other options or by another algorithm.
   Result<std::vector<Vote>> VotesBetween(const TileRecord& last, const TileRecord& tile,
                                          bool* from_nothing) {
+    if (*from_nothing) return VotesOf(tile.depths, +1);
     std::vector<DepthVersion> added, withdrawn;
     std::ranges::set_difference(tile.depths, last.depths, std::back_inserter(added));
     std::ranges::set_difference(last.depths, tile.depths, std::back_inserter(withdrawn));
@@ -192,8 +226,8 @@ class VolumeStage final {
     return Status::Ok();
   }
 
-  Status Integrate(const TileRecord& last, TileRecord tile) {
-    bool from_nothing = false;
+  Status Integrate(const std::optional<TileRecord>& as_read, const TileRecord& last,
+                   TileRecord tile, bool from_nothing) {
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<Vote> votes, VotesBetween(last, tile, &from_nothing));
     VEDUTA_ASSIGN_OR_RETURN(std::vector<BlockWork> works, Prepare(last, tile, from_nothing));
     // Blocks new to the tile get every map, the others the changes only.
@@ -206,9 +240,21 @@ class VolumeStage final {
     pass_.pool().ParallelFor(works.size(), [&](size_t i) {
       works[i].status = CastVotes(works[i].is_new ? all : votes, &works[i]);
     });
-    return pass_.Commit([&](const Snapshot&, Transaction* transaction) {
+    const GridPlace place = tile.place;
+    return pass_.CommitTile(as_read, place, [&](const Snapshot& now, Transaction* transaction) {
+      VEDUTA_RETURN_IF_ERROR(ExpectThere(now, tile.depths));
       return Write(last, works, std::move(tile), &transaction->dense());
     });
+  }
+
+  // That no map has been deleted since the stage began.
+  Status ExpectThere(const Snapshot& now, std::span<const DepthVersion> depths) {
+    for (const DepthVersion& depth : depths) {
+      VEDUTA_ASSIGN_OR_RETURN(const std::optional<DepthRecord> found,
+                              now.dense().FindDepth(depth.image));
+      if (!found || found->checked_version != depth.version) return pass_.NoteOvertaken();
+    }
+    return Status::Ok();
   }
 
   // The blocks that have changed, and the tile's record.

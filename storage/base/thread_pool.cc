@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <exception>
 #include <memory>
+#include <system_error>
 
 namespace veduta {
 namespace {
@@ -74,7 +75,11 @@ void RunSerially(size_t count, const std::function<void(size_t)>& body) {
 
 ThreadPool::ThreadPool(size_t thread_count) {
   threads_.reserve(thread_count);
-  for (size_t i = 0; i < thread_count; ++i) threads_.emplace_back([this] { Work(); });
+  try {
+    for (size_t i = 0; i < thread_count; ++i) threads_.emplace_back([this] { Work(); });
+  } catch (const std::system_error&) {
+    // The machine gives no more threads: those that have begun do the work, or the caller.
+  }
 }
 
 ThreadPool::~ThreadPool() {

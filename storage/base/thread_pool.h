@@ -15,7 +15,7 @@ namespace veduta {
 
 class ThreadPool final {
  public:
-  // Starts `thread_count` threads (0 is allowed).
+  // Starts `thread_count` threads (0 is allowed), or as many as the machine gives.
   explicit ThreadPool(size_t thread_count);
   // Finishes every submitted task, then joins.
   ~ThreadPool();

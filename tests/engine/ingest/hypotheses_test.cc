@@ -220,9 +220,23 @@ TEST_F(Hypotheses, TheMergeEndsItAndThoseOfOthersGoOver) {
   const Eigen::Vector3d x(1, 2, 3);
   EXPECT_LT((all[0].a_from_b * x - first_from_second * (second_from_third * x)).norm(), 1e-12);
   EXPECT_EQ(all[1].b, kFourth);
-  EXPECT_TRUE(all[1].is_due) << "the first has taken in another one";
+  EXPECT_TRUE(all[1].is_due) << "what the first took in has pairs with it";
   EXPECT_EQ(all[2].a, kThird);
   EXPECT_FALSE(all[2].is_due) << "neither of its two was touched";
+}
+
+TEST_F(Hypotheses, AMergeSaysNothingOfThoseThatWhatCameHasNoPairsWith) {
+  Open(kFirst, kFourth);
+  Commit([](const Snapshot& base, Transaction* transaction) {
+    for (uint32_t image = 4; image <= 6; ++image) {
+      for (uint32_t other = 10; other <= 12; ++other)
+        transaction->DeletePair(ImageId(image), ImageId(other));
+    }
+    return Status::Ok();
+  });
+  Write(MergedInto(kFirst, kSecond, {}));
+  ASSERT_EQ(All().size(), 1u);
+  EXPECT_FALSE(All()[0].is_due);
 }
 
 TEST_F(Hypotheses, OneThatGoesOverToAKnownOneMakesThatDue) {

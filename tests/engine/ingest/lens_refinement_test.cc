@@ -103,9 +103,9 @@ TEST(LensRefinement, WhereNothingIsRefinedTheMapIsAsItWas) {
   TwoSides sides(9);
   const IngestOptions options;
   CityMap map;
-  MapLoader loader(sides.scene.Snap(), sides.scene.features(), &map);
+  MapLoader loader(sides.scene.Snap(), sides.scene.features(), &map, sides.scene.pool());
   std::vector<ImageId> images;
-  ASSERT_OK(loader.LoadReconstruction(sides.own, &images, sides.scene.pool()));
+  ASSERT_OK(loader.LoadReconstruction(sides.own, &images));
   const std::map<ImageId, MapImage> before = map.images();
   std::map<PointId, Eigen::Vector3d> points;
   for (const PointId id : map.PointsSeenBy(images)) points[id] = map.point(id).position;

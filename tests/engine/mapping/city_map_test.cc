@@ -189,6 +189,20 @@ TEST(CityMap, AnImageIsUnplaced) {
   EXPECT_EQ(static_cast<size_t>(now.points), seen_by_two);
 }
 
+TEST(CityMap, PointsForgetTheColoursOfAnImageThatIsUnplaced) {
+  SyntheticScene scene = MakeScene({});
+  const auto bright = std::make_shared<Features>(*scene.images[0].features);
+  for (Keypoint& keypoint : bright->keypoints) keypoint.rgb = {240, 120, 60};
+  scene.images[0].features = bright;
+  CityMap map = MakeMap(scene);
+  EXPECT_GT(map.point(LongTrack(map, 4)).rgb[0], 0);
+  map.UnplaceImage(ImageId(1));
+  for (const auto& [id, image] : map.images()) {
+    for (const PointRecord& point : map.StoredBlock(id).points)
+      EXPECT_EQ(point.rgb, (std::array<uint8_t, 3>{}));
+  }
+}
+
 TEST(CityMap, AnImageHasAnotherPictureOfTheSame) {
   const SyntheticScene scene = MakeScene({});
   CityMap map = MakeMap(scene);

@@ -76,7 +76,7 @@ TEST_F(ImageFeaturesTest, AreThoseStored) {
   EXPECT_EQ((*image)->width_px, 100u);
   EXPECT_EQ((*image)->camera.fx, 90);
   EXPECT_EQ((*image)->grid->feature_count(), 30u);
-  EXPECT_EQ((*image)->packed.count(), 20u) << "the strongest alone are matched";
+  EXPECT_EQ((*image)->Packed()->count(), 20u) << "the strongest alone are matched";
   EXPECT_GT((*image)->size_bytes(), 30u * kDescriptorSize);
   EXPECT_EQ(cache.Get(*database_->GetSnapshot(), ImageId(3)).status().code(),
             StatusCode::kNotFound);
@@ -85,7 +85,7 @@ TEST_F(ImageFeaturesTest, AreThoseStored) {
 TEST_F(ImageFeaturesTest, MatchesAreThoseOfTheMatcherAndAreKept) {
   const auto snapshot = database_->GetSnapshot();
   ImageFeatureCache cache(1 << 20, 20);
-  const auto matches = cache.Match(*snapshot, ImageId(1), ImageId(2), 0.99);
+  const auto matches = cache.Match(*snapshot, {ImageId(1)}, {ImageId(2)}, 0.99);
   ASSERT_OK(matches);
   const auto first = *cache.Get(*snapshot, ImageId(1)), second = *cache.Get(*snapshot, ImageId(2));
   MatchOptions options;
@@ -97,14 +97,34 @@ TEST_F(ImageFeaturesTest, MatchesAreThoseOfTheMatcherAndAreKept) {
       EXPECT_EQ(found[i], (FeatureMatch{wanted[i].a, wanted[i].b}));
   };
   ASSERT_FALSE((*matches)->from_first.empty());
-  expect(MatchMutual(first->packed, second->packed, options), (*matches)->from_first);
-  expect(MatchMutual(second->packed, first->packed, options), (*matches)->from_second);
-  EXPECT_EQ(*cache.Match(*snapshot, ImageId(1), ImageId(2), 0.99), *matches) << "kept";
-  const auto strict = cache.Match(*snapshot, ImageId(1), ImageId(2), 0.9);
+  expect(MatchMutual(*first->Packed(), *second->Packed(), options), (*matches)->from_first);
+  expect(MatchMutual(*second->Packed(), *first->Packed(), options), (*matches)->from_second);
+  EXPECT_EQ(*cache.Match(*snapshot, {ImageId(1)}, {ImageId(2)}, 0.99), *matches) << "kept";
+  ImageFeatureCache other(1 << 20, 20);
+  const auto held =
+      other.Match(*snapshot, {ImageId(1), first->features}, {ImageId(2), second->features}, 0.99);
+  ASSERT_OK(held);
+  EXPECT_EQ((*held)->from_first, (*matches)->from_first) << "of features that somebody else holds";
+  const auto strict = cache.Match(*snapshot, {ImageId(1)}, {ImageId(2)}, 0.9);
   ASSERT_OK(strict);
   EXPECT_LT((*strict)->from_first.size(), (*matches)->from_first.size());
-  EXPECT_EQ(cache.Match(*snapshot, ImageId(1), ImageId(3), 0.99).status().code(),
+  EXPECT_EQ(cache.Match(*snapshot, {ImageId(1)}, {ImageId(3)}, 0.99).status().code(),
             StatusCode::kNotFound);
+}
+
+TEST_F(ImageFeaturesTest, TheCacheDoesNotKeepThemLaidOut) {
+  const auto features = std::make_shared<const Features>(MadeFeatures(7, 30));
+  const auto on_demand = *ImageFeatures::Make(ImageId(2), Model(), features, 20),
+             kept = *ImageFeatures::Make(ImageId(2), Model(), features, 20,
+                                         ImageFeatures::Packing::kKept);
+  EXPECT_EQ(kept->Packed(), kept->Packed());
+  EXPECT_EQ(kept->Packed()->count(), on_demand->Packed()->count());
+  EXPECT_EQ(kept->size_bytes(), on_demand->size_bytes() + kept->Packed()->size_bytes());
+  ImageFeatureCache cache(1 << 20, 20);
+  cache.Put(HashContent(SampleBytes(2, 10)), kept);
+  const auto stored = *cache.Get(*database_->GetSnapshot(), ImageId(2));
+  EXPECT_EQ(stored->features, features);
+  EXPECT_EQ(stored->size_bytes(), on_demand->size_bytes());
 }
 
 TEST_F(ImageFeaturesTest, TheCacheKeepsTheNewest) {
@@ -128,7 +148,7 @@ TEST_F(ImageFeaturesTest, AnImageWithAnotherPhotoHasOtherFeatures) {
   const auto before = database_->GetSnapshot();
   ImageFeatureCache cache(1 << 20, 20);
   const auto first = *cache.Get(*before, ImageId(2));
-  const auto matches = *cache.Match(*before, ImageId(1), ImageId(2), 0.99);
+  const auto matches = *cache.Match(*before, {ImageId(1)}, {ImageId(2)}, 0.99);
   const std::vector<uint8_t> bytes = SampleBytes(5, 10);
   const auto transaction = database_->BeginTransaction();
   ImageRecord image = *before->GetImage(ImageId(2));
@@ -141,8 +161,8 @@ TEST_F(ImageFeaturesTest, AnImageWithAnotherPhotoHasOtherFeatures) {
   const auto after = database_->GetSnapshot();
   EXPECT_EQ((*cache.Get(*after, ImageId(2)))->features->keypoints, MadeFeatures(5, 40).keypoints);
   EXPECT_EQ(*cache.Get(*before, ImageId(2)), first) << "as it was in this snapshot";
-  EXPECT_NE(*cache.Match(*after, ImageId(1), ImageId(2), 0.99), matches);
-  EXPECT_EQ(*cache.Match(*before, ImageId(1), ImageId(2), 0.99), matches);
+  EXPECT_NE(*cache.Match(*after, {ImageId(1)}, {ImageId(2)}, 0.99), matches);
+  EXPECT_EQ(*cache.Match(*before, {ImageId(1)}, {ImageId(2)}, 0.99), matches);
   EXPECT_EQ(after->GetPhoto(HashContent(SampleBytes(2, 10))).status().code(),
             StatusCode::kNotFound);
   EXPECT_EQ(*after->FindImageByPhoto(image.photo), ImageId(2));

@@ -15,8 +15,10 @@
 #include <iterator>
 #include <map>
 
+#include "engine/camera/photo_header.h"
 #include "fusion/export/exporter.h"
 #include "fusion/export/told_scene.h"
+#include "storage/base/whole_file.h"
 #include "tests/engine/street_fixture.h"
 
 namespace veduta {
@@ -96,9 +98,12 @@ class UndistortedModels : public testing::Test {
  protected:
   void SetUp() override {
     city_.Add({{20.0, 90}, {20.7, 90}, {21.4, 90}, {22.1, 90}});
+    SetLens(-0.2);
+  }
+  void SetLens(double k1) {
     const auto transaction = city_.parts().database->BeginTransaction();
     CameraRecord camera = *city_.parts().database->GetSnapshot()->GetCamera(CameraId(1));
-    camera.model.k1 = -0.2;
+    camera.model.k1 = k1;
     transaction->PutCamera(camera);
     ASSERT_OK(transaction->Commit());
   }
@@ -177,17 +182,9 @@ TEST_F(UndistortedModels, OpenMvsReadsItsScene) {
   EXPECT_TRUE(file.AtEnd());
 }
 
-TEST_F(UndistortedModels, ColmapsModelIsOfPinholes) {
-  const std::string folder = Export("colmap-undistorted");
-  Bytes cameras(folder + "/sparse/0/cameras.bin");
-  ASSERT_EQ(cameras.Take<uint64_t>(), 1u);
-  EXPECT_EQ(cameras.Take<uint32_t>(), 1u);
-  EXPECT_EQ(cameras.Take<int32_t>(), 1) << "PINHOLE";
-  EXPECT_EQ(cameras.Take<uint64_t>(), 512u);
-  EXPECT_EQ(cameras.Take<uint64_t>(), 384u);
-  for (const double wanted : {450.0, 450.0, 256.0, 192.0})
-    EXPECT_EQ(cameras.Take<double>(), wanted);
-  EXPECT_TRUE(cameras.AtEnd());
+// How far each feature of a model in COLMAP's binary files lies from its point, px. All images have
+// the camera 1, of these parameters.
+std::vector<double> ErrorsOfFeatures(const std::string& folder, double f, double cx, double cy) {
   std::map<uint64_t, Eigen::Vector3d> positions;
   Bytes points(folder + "/sparse/0/points3D.bin");
   for (auto left = points.Take<uint64_t>(); left > 0; --left) {
@@ -199,7 +196,7 @@ TEST_F(UndistortedModels, ColmapsModelIsOfPinholes) {
   }
   EXPECT_TRUE(points.AtEnd());
   Bytes images(folder + "/sparse/0/images.bin");
-  ASSERT_EQ(images.Take<uint64_t>(), 4u);
+  EXPECT_EQ(images.Take<uint64_t>(), 4u);
   std::vector<double> errors;
   for (int i = 0; i < 4; ++i) {
     images.Take<uint32_t>();
@@ -213,14 +210,55 @@ TEST_F(UndistortedModels, ColmapsModelIsOfPinholes) {
       const auto number = images.Take<uint64_t>();
       if (number == ~0ull) continue;
       const Eigen::Vector2d seen = (pose * positions.at(number)).hnormalized();
-      errors.push_back(std::hypot(450 * seen.x() + 256 - x, 450 * seen.y() + 192 - y));
+      errors.push_back(std::hypot(f * seen.x() + cx - x, f * seen.y() + cy - y));
     }
   }
   EXPECT_TRUE(images.AtEnd());
-  ASSERT_GT(errors.size(), 400u);
   std::ranges::sort(errors);
+  return errors;
+}
+
+TEST_F(UndistortedModels, ColmapsModelIsOfPinholes) {
+  const std::string folder = Export("colmap-undistorted");
+  Bytes cameras(folder + "/sparse/0/cameras.bin");
+  ASSERT_EQ(cameras.Take<uint64_t>(), 1u);
+  EXPECT_EQ(cameras.Take<uint32_t>(), 1u);
+  EXPECT_EQ(cameras.Take<int32_t>(), 1) << "PINHOLE";
+  EXPECT_EQ(cameras.Take<uint64_t>(), 512u);
+  EXPECT_EQ(cameras.Take<uint64_t>(), 384u);
+  for (const double wanted : {450.0, 450.0, 256.0, 192.0})
+    EXPECT_EQ(cameras.Take<double>(), wanted);
+  EXPECT_TRUE(cameras.AtEnd());
+  const std::vector<double> errors = ErrorsOfFeatures(folder, 450, 256, 192);
+  ASSERT_GT(errors.size(), 400u);
   EXPECT_LT(errors[errors.size() / 2], 0.7);
   EXPECT_LT(errors.back(), 6);
+}
+
+// Where the undistorted photo ends within the photo's size it is cropped.
+TEST_F(UndistortedModels, ColmapsCamerasFitCroppedPhotos) {
+  SetLens(0.1);
+  const std::string folder = Export("colmap-undistorted");
+  Bytes cameras(folder + "/sparse/0/cameras.bin");
+  EXPECT_EQ(cameras.Take<uint64_t>(), 1u);
+  cameras.Take<uint32_t>();
+  cameras.Take<int32_t>();
+  const auto width = cameras.Take<uint64_t>(), height = cameras.Take<uint64_t>();
+  EXPECT_LT(width, 500u);
+  const auto bytes = ReadWholeFile(folder + "/images/000001.png", 1 << 22);
+  ASSERT_OK(bytes);
+  const PhotoHeader header =
+      ReadPhotoHeader({reinterpret_cast<const uint8_t*>(bytes->data()), bytes->size()});
+  EXPECT_EQ(header.stored_size,
+            (ImageSize{static_cast<uint32_t>(width), static_cast<uint32_t>(height)}));
+  EXPECT_EQ(cameras.Take<double>(), 450);
+  cameras.Take<double>();
+  const double cx = cameras.Take<double>(), cy = cameras.Take<double>();
+  EXPECT_NEAR(cx, static_cast<double>(width) / 2, 1);
+  EXPECT_NEAR(cy, static_cast<double>(height) / 2, 1);
+  const std::vector<double> errors = ErrorsOfFeatures(folder, 450, cx, cy);
+  ASSERT_GT(errors.size(), 400u);
+  EXPECT_LT(errors[errors.size() / 2], 0.7);
 }
 
 TEST_F(UndistortedModels, AFolderThatCannotBeMadeIsNamed) {
