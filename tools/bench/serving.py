@@ -9,6 +9,7 @@
 #   CAMERA: WIDTHxHEIGHT,fx,fy,cx,cy
 import argparse
 import concurrent.futures
+import contextlib
 import http.client
 import json
 import os
@@ -38,10 +39,10 @@ end
 
 
 class Served:
-    def __init__(self, veduta, db):
+    def __init__(self, veduta, db, *more):
         self.process = subprocess.Popen(
-            [veduta, 'serve', db, '--http', '127.0.0.1:0', '--listen', '127.0.0.1:0', '--json'],
-            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+            [veduta, 'serve', db, '--http', '127.0.0.1:0', '--listen', '127.0.0.1:0', '--json',
+             *more], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
         started = json.loads(self.process.stdout.readline())
         self.address, self.rpc = started['http'], started['rpc']
         # What it prints of photos is read by nobody, and the pipe must not fill.
@@ -60,16 +61,34 @@ class Served:
         self.process.wait()
         self.drain.wait()
 
-    def send(self, path):
-        connection = http.client.HTTPConnection(self.address.removeprefix('http://'))
-        query = urllib.parse.urlencode({'name': os.path.basename(path), 'camera': 'c'})
+    def ask(self, method, path, body=None, headers={}):
+        """The code and the JSON of the answer."""
+        host = self.address.removeprefix('http://')
+        with contextlib.closing(http.client.HTTPConnection(host)) as connection:
+            connection.request(method, path, body, headers)
+            answer = connection.getresponse()
+            return answer.status, json.loads(answer.read())
+
+    def send(self, path, contributor='anonymous'):
+        query = urllib.parse.urlencode({'name': os.path.basename(path), 'camera': 'c',
+                                        'contributor': contributor})
         with open(path, 'rb') as file:
-            connection.request('POST', '/v1/photos?' + query, file.read(),
-                               {'Content-Type': 'image/jpeg'})
-        answer = connection.getresponse()
-        answer.read()
-        connection.close()
-        assert answer.status == 201, (path, answer.status)
+            code, told = self.ask('POST', '/v1/photos?' + query, file.read(),
+                                  {'Content-Type': 'image/jpeg'})
+        assert code == 201, (path, code, told)
+
+
+def make_database(veduta, db, camera):
+    size, params = camera.split(',', 1)
+    subprocess.run([veduta, 'init', db], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([veduta, 'camera', 'add', db, 'c', '--size', size, '--params', params],
+                   check=True, stdout=subprocess.DEVNULL)
+    return db
+
+
+def photos_in(folder):
+    return sorted(os.path.join(folder, name) for name in os.listdir(folder)
+                  if name.lower().endswith(('.jpg', '.png')))
 
 
 def wrk(folder, address, names, clients, seconds, pause_ms):
@@ -113,19 +132,13 @@ def arguments():
 
 def main():
     args = arguments()
-    photos = sorted(os.path.join(args.photos, name) for name in os.listdir(args.photos)
-                    if name.lower().endswith(('.jpg', '.png')))
+    photos = photos_in(args.photos)
     names = [os.path.basename(path) for path in photos]
     pause_ms = max(1, 1000 * args.clients // args.rate)
-    size, params = args.camera.split(',', 1)
 
     with tempfile.TemporaryDirectory() as folder:
         def new_database(name):
-            db = os.path.join(folder, name)
-            subprocess.run([args.veduta, 'init', db], check=True)
-            subprocess.run([args.veduta, 'camera', 'add', db, 'c', '--size', size, '--params',
-                            params], check=True)
-            return db
+            return make_database(args.veduta, os.path.join(folder, name), args.camera)
 
         def send_all(served):
             start = time.monotonic()
