@@ -57,7 +57,7 @@ CameraModel Scaled(CameraModel camera, double scale) {
 }
 
 // A city that refuses doubles, with a walk of five photos.
-class DoubleFinder : public testing::Test {
+class DoubleFinder : public ::testing::Test {
  protected:
   explicit DoubleFinder(Doubles doubles = Doubles::kRefuse) {
     EngineOptions options;

@@ -96,7 +96,6 @@ TEST(Georeferencing, ALookFindsThePlace) {
 // tells the rest, and an upright photo that its camera has lying says the same.
 TEST(Georeferencing, PhotosThatCamerasHaveLyingAreHeldUpright) {
   SceneDatabase upright, lying;
-  std::vector<double> tilts_deg;
   for (SceneDatabase* scene : {&upright, &lying}) {
     Prepare(scene, 6, 6);
     const auto transaction = scene->database()->BeginTransaction();
@@ -114,8 +113,8 @@ TEST(Georeferencing, PhotosThatCamerasHaveLyingAreHeldUpright) {
     ASSERT_OK(Look(scene));
     ASSERT_TRUE(RecordOf(*scene).georeference.place);
   }
-  const EarthPlace &expected = *RecordOf(upright).georeference.place,
-                   &found = *RecordOf(lying).georeference.place;
+  const EarthPlace expected = *RecordOf(upright).georeference.place,
+                   found = *RecordOf(lying).georeference.place;
   EXPECT_LT(found.enu_from_world.rotation.angularDistance(expected.enu_from_world.rotation), 1e-6);
 }
 
