@@ -39,7 +39,8 @@ TEST(FilledPhoto, ShowsTheRestAlone) {
   for (int orientation = 1; orientation <= 8; ++orientation) {
     const auto photo = FillPhoto(before.clone(), Examined(orientation), {&kArea, 1});
     ASSERT_TRUE(photo.ok()) << photo.status().message();
-    const DecodedPhoto decoded = DecodePhoto(*photo, {}, {kWidth, kHeight});
+    const DecodedPhoto decoded =
+        DecodePhoto(*photo, {}, {{kWidth, kHeight}, PhotoLayout::kUpright});
     ASSERT_EQ(decoded.outcome, DecodeOutcome::kDecoded) << decoded.detail;
     EXPECT_EQ(decoded.private_areas, std::vector<PixelArea>{kArea});
     const cv::Rect filled(kArea.x, kArea.y, kArea.width, kArea.height);
