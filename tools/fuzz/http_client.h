@@ -82,8 +82,8 @@ class HttpClient final {
   // So long nothing has come where nothing more is to be waited for. Chosen by hand: what is waited
   // for is mostly there by then, and no promise depends on it.
   static constexpr int kPatienceMs = 20;
-  // And where the daemon hangs: longer than anything that it does, and shorter than libFuzzer waits
-  // (tools/fuzz.sh).
+  // And where the daemon hangs: longer than anything that it does on a small city, of which taking
+  // photos out takes longest, and shorter than libFuzzer waits (tools/fuzz.sh).
   static constexpr int kHangMs = 20'000;
 
   void Receive() {

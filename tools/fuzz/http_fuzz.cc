@@ -27,15 +27,16 @@
 namespace veduta::fuzz {
 namespace {
 
-// Photos that may wait: chosen by hand, so that a run does not fill the disk.
-constexpr uint32_t kPhotosMax = 16;
+// Photos that may wait: chosen by hand, so that nobody waits long for the answer to another one,
+// and a run does not fill the disk.
+constexpr uint32_t kPhotosMax = 4;
 // Of bodies on their way, and of answers: so little that one request of our own takes all of it.
 constexpr uint64_t kBodiesBytes = 128 << 10, kAnswersBytes = (64 << 10) + 1;
 constexpr uint32_t kConnectionsMax = 64;
 // After so many inputs it is looked whether all of that is free again, and after so many the daemon
 // begins anew with an empty database. Chosen by hand: looking costs as much as an input, and what
 // few inputs leave behind slows nothing down.
-constexpr int kInputsBeforeLook = 16, kInputsOfOne = 2'000;
+constexpr int kInputsBeforeLook = 16, kInputsOfOne = 500;
 // Looks, a millisecond each, at what is free: longer than anything takes.
 constexpr int kLooks = 20'000;
 // Ids that an input gets: each waits for the answers before it.

@@ -26,14 +26,15 @@ inline std::string RequestOf(const std::string& method, const std::string& targe
   return text + "\r\n" + body;
 }
 
-// A small picture with so many corners that a city keeps it.
+// A small picture with just so many corners that a city keeps it: two that are alike are soon
+// compared.
 inline std::string SeedPhoto(uint64_t seed) {
   SeededRandom random(seed);
-  cv::Mat bgr(120, 160, CV_8UC3);
-  for (int v = 0; v < bgr.rows; v += 6) {
-    for (int u = 0; u < bgr.cols; u += 5) {
+  cv::Mat bgr(88, 128, CV_8UC3);
+  for (int v = 0; v < bgr.rows; v += 8) {
+    for (int u = 0; u < bgr.cols; u += 8) {
       const auto gray = static_cast<double>(random.Below(256));
-      bgr(cv::Rect(u, v, 5, 6)) = cv::Scalar(gray, gray, gray);
+      bgr(cv::Rect(u, v, 8, 8)) = cv::Scalar(gray, gray, gray);
     }
   }
   return Text(testing::JpegFile(bgr));
@@ -42,7 +43,7 @@ inline std::string SeedPhoto(uint64_t seed) {
 // The body of a request to a route that wants one.
 inline std::string SeedBody(const std::string& path) {
   static const std::map<std::string, std::string> kBodies = {
-      {"/v1/cameras", R"({"name": "street", "size": "160x120", "params": "150,150,80,60"})"},
+      {"/v1/cameras", R"({"name": "street", "size": "128x88", "params": "120,120,64,44"})"},
       {"/v1/contributions", R"({"comment": "a walk", "licence": "CC0-1.0"})"},
       {"/v1/photos/{photo}/report", R"({"reason": "privacy", "text": "a face"})"},
       {"/v1/reports/{report}/dismiss", R"({"actor": "anna"})"},
