@@ -34,10 +34,10 @@ class HttpClient final {
   // Takes in meanwhile what comes, since the daemon reads no further where nobody does.
   void Send(std::string_view bytes) {
     while (!bytes.empty() && !has_ended_) {
-      pollfd asked{socket_, POLLIN | POLLOUT, 0};
-      Expect(poll(&asked, 1, kHangMs) > 0, "the daemon goes on reading or answering");
-      if ((asked.revents & POLLIN) != 0) Receive();
-      if ((asked.revents & POLLOUT) == 0) continue;
+      const int ready = Wait(POLLIN | POLLOUT, kHangMs);
+      Expect(ready != 0, "the daemon goes on reading or answering");
+      if ((ready & POLLIN) != 0) Receive();
+      if ((ready & POLLOUT) == 0) continue;
       const ssize_t sent = send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
       if (sent >= 0) bytes.remove_prefix(static_cast<size_t>(sent));
       // It has ended the connection; what it has said before can still be read.
@@ -47,9 +47,7 @@ class HttpClient final {
 
   // Until so many answers have begun, or a while nothing has come.
   void Await(size_t answers) {
-    pollfd asked{socket_, POLLIN, 0};
-    while (!has_ended_ && CountOf(received_) < answers && poll(&asked, 1, kPatienceMs) > 0)
-      Receive();
+    while (!has_ended_ && CountOf(received_) < answers && Wait(POLLIN, kPatienceMs) != 0) Receive();
   }
 
   // Says that no more is to come, and reads until the daemon ends the connection, or is found to
@@ -57,8 +55,7 @@ class HttpClient final {
   void Finish() {
     shutdown(socket_, SHUT_WR);
     while (!has_ended_ && !follows_events()) {
-      pollfd asked{socket_, POLLIN, 0};
-      Expect(poll(&asked, 1, kHangMs) > 0, "the daemon comes to an end with every connection");
+      Expect(Wait(POLLIN, kHangMs) != 0, "the daemon comes to an end with every connection");
       Receive();
     }
   }
@@ -86,6 +83,15 @@ class HttpClient final {
   // photos out takes longest, and shorter than libFuzzer waits (tools/fuzz.sh).
   static constexpr int kHangMs = 20'000;
 
+  // What is ready of the events; 0 where nothing is by then. libFuzzer's own timer interrupts it.
+  int Wait(int events, int ms) const {
+    pollfd asked{socket_, static_cast<short>(events), 0};
+    int count = 0;
+    do {
+      count = poll(&asked, 1, ms);
+    } while (count < 0 && errno == EINTR);
+    return count > 0 ? asked.revents : 0;
+  }
   void Receive() {
     char bytes[16 << 10];
     const ssize_t count = recv(socket_, bytes, sizeof(bytes), 0);
