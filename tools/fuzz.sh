@@ -22,6 +22,10 @@ else
   cmake --build "$build" --target "${targets[@]/#/veduta-fuzz-}"
 fi
 
+# Targets with a database have it in memory, where there is such a file system: a removal of photos
+# syncs every file, and on a busy disk it would look as if the daemon hung.
+if [ -w /dev/shm ]; then export TMPDIR=/dev/shm; fi
+
 failed=0
 for target in "${targets[@]}"; do
   program="$build/tools/fuzz/veduta-fuzz-$target"

@@ -69,7 +69,8 @@ kj::Promise<void> CityServer::addPhoto(AddPhotoContext context) {
   const std::string who = caller_.Check("POST", {"v1", "photos"}, title.contributor).who;
   if (title.contributor.empty()) title.contributor = who.empty() ? "anonymous" : who;
   if (title.name.empty()) kj::throwFatalException(Failure(400, "the photo has no name"));
-  const Status named = CheckPhotoName(title.name);
+  Status named = CheckPhotoName(title.name);
+  if (named.ok()) named = CheckName("the name of a contributor", title.contributor);
   // The owner may have files of any name.
   if (!named.ok() && !caller_.session().is_of_owner) kj::throwFatalException(FailureOf(named));
   context.getResults().setUpload(kj::heap<UploadServer>(caller_, std::move(title)));

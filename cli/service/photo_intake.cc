@@ -64,6 +64,12 @@ bool IsPutOff(const Status& failure) {
          failure.code() == StatusCode::kNoMemory || failure.code() == StatusCode::kNotFound;
 }
 
+// Of a photo, which may be missing, and of the one it is sent for.
+Status CheckNames(const std::string& photo, const std::string& contributor) {
+  if (!photo.empty()) VEDUTA_RETURN_IF_ERROR(CheckPhotoName(photo));
+  return CheckName("the name of a contributor", contributor);
+}
+
 }  // namespace
 
 Status IntakeLimits::Check() const {
@@ -205,8 +211,8 @@ void PhotoIntake::EndUpload(Upload* upload, const Result<AddOutcome>& outcome) {
 void PhotoIntake::Take(Engine* engine, HttpRequest request, Answered answered) {
   if (auto refusal = RefuseBody(request)) return answered(*std::move(refusal));
   const std::string name = Parameter(request, "name");
-  if (!request.is_of_owner && !name.empty()) {  // the owner may have files of any name
-    const Status named = CheckPhotoName(name);
+  if (!request.is_of_owner) {  // the owner may have files of any name
+    const Status named = CheckNames(name, Parameter(request, "contributor"));
     if (!named.ok()) return answered(ProblemOf(named));
   }
   uint32_t contribution = 0;

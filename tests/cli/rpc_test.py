@@ -197,6 +197,7 @@ class Asking(Rpc):
         self.fails(404, "'none.jpg'", self.city.neighbors, 'none.jpg')
         self.fails(400, 'longer than 4096', self.city.pose, 'x' * 5000)
         self.fails(400, 'no name', self.city.add('', photo(1)).number)
+        self.fails(400, 'control', self.city.add('x.jpg', photo(1), contributor='an\nna').number)
         self.fails(404, 'upload 99', self.city.verdict, 99)
         self.fails(404, 'none', self.city.add('x.jpg', photo(1), camera='none').number)
 

@@ -91,6 +91,7 @@ class Asking(Case):
                 (400, 'POST', '/v1/photos?name=../a.jpg', 'leads out'),
                 (400, 'POST', '/v1/photos?name=/a.jpg', 'leads out'),
                 (400, 'POST', '/v1/photos?name=a%0a%00.jpg', 'control characters'),
+                (400, 'POST', '/v1/photos?name=a.jpg&contributor=a%0a', 'control characters'),
                 (400, 'POST', '/v1/localize?count=3', "'count'"),
                 (400, 'POST', '/v1/candidates?count=x', "'count'"),
                 (404, 'POST', '/v1/photos?name=a.jpg&camera=none', 'none'),

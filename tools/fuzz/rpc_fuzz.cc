@@ -6,13 +6,13 @@
 #include <capnp/serialize.h>
 #include <kj/async-io.h>
 
-#include <filesystem>
 #include <memory>
 #include <string>
 
 #include "cli/rpc/rpc_connection.h"
 #include "cli/rpc/veduta.capnp.h"
 #include "cli/service/city_service.h"
+#include "tools/fuzz/city_folder.h"
 #include "tools/fuzz/fuzz_target.h"
 
 namespace veduta::fuzz {
@@ -28,23 +28,10 @@ constexpr int kLastLooks = 20'000;
 class Daemon final {
  public:
   Daemon() {
-    std::string folder = std::filesystem::temp_directory_path() / "veduta_fuzz_rpc_XXXXXX";
-    Expect(mkdtemp(folder.data()) != nullptr, "a folder can be made");
-    folder_ = folder;
-    EngineOptions opening;
-    opening.create = true;
-    opening.sync = false;
-    opening.thread_count = 1;
-    auto engine = Engine::Open(folder_ / "db", opening);
-    Expect(engine.status(), "a database can be made");
     ServiceOptions options;
     options.intake.photos_max = kPhotosMax;
-    service_ = std::make_unique<CityService>(*std::move(engine), folder_ / "db", options,
+    service_ = std::make_unique<CityService>(folder_.MakeCity(), folder_.database(), options,
                                              CityService::Listeners());
-  }
-  ~Daemon() {
-    service_.reset();
-    std::filesystem::remove_all(folder_);
   }
 
   void Connect(kj::ArrayPtr<const uint8_t> bytes, bool is_of_owner) {
@@ -78,7 +65,7 @@ class Daemon final {
   }
 
  private:
-  std::filesystem::path folder_;
+  const CityFolder folder_{"rpc"};
   kj::AsyncIoContext io_ = kj::setupAsyncIo();
   std::unique_ptr<CityService> service_;
 };

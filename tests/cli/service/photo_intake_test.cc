@@ -89,6 +89,25 @@ TEST(PhotoIntake, AnswersSayWhatBecameOfPhotos) {
                               {"postponed", 1}, {"duplicate", 1}, {"rejected", 1}, {"failed", 1}}));
 }
 
+// As it is in a form and by the tus protocol.
+TEST(PhotoIntake, StrangersGivePlainNames) {
+  PhotoIntake intake({.photos_max = 8}, Ignore);
+  City city;
+  Answers answers;
+  HttpRequest photo = NoPhoto(1);
+  size_t count = 0;
+  for (const std::string& name :
+       {std::string("an\nna"), std::string("\xff"), std::string(1025, 'a')}) {
+    photo.query["contributor"] = name;
+    intake.Take(&city.engine(), photo, answers.Take());
+    EXPECT_EQ(answers.Wait(++count).back().code, 400u) << name;
+  }
+  photo.is_of_owner = true;
+  photo.query["contributor"] = "\xff";
+  intake.Take(&city.engine(), photo, answers.Take());
+  EXPECT_EQ(answers.Wait(++count).back().code, 422u) << "it is judged";
+}
+
 TEST(PhotoIntake, AFullLineSendsAway) {
   PhotoIntake intake({.photos_max = 2}, Ignore);
   City city;
