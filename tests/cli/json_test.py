@@ -119,7 +119,7 @@ def make_on_earth(keep):
     write(at('gcp.txt'), '\n'.join(
         ['EPSG:4326'] + [f'15.44 47.07 350 {x} {y} {name} corner' for name, x, y in point]
         + ['15.44 47.07 350 1 2 none.jpg corner']).encode())
-    keep('georeference', 'georeference', db, '--gcp', at('gcp.txt'))
+    keep('georeference', 'georeference', db, '--gcp', at('gcp.txt'), code=1)
     keep('show', 'show', db, point[0][0])
     keep('pose', 'pose', db, point[0][0])
     write(at('timed.jpg'), with_time(read(os.path.join(photos, point[1][0])), '2023:11:14 22:13:20',
@@ -176,8 +176,8 @@ def setUpModule():
     global PRINTED
     PRINTED = collections.defaultdict(list)
 
-    def keep(section, *arguments):
-        PRINTED['veduta ' + section] += lines_of(*arguments, '--json')
+    def keep(section, *arguments, code=0):
+        PRINTED['veduta ' + section] += lines_of(*arguments, '--json', code=code)
     PRINTED['veduta add'], _ = make_whole()
     for number, data in enumerate((b'no photo', photo(1))):
         write(at('odd', f'odd{number}.jpg'), data)
