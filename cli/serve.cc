@@ -3,8 +3,6 @@
 // [--waiting-bytes N] [--parts-kept S] [--trust-proxy ADDRESS] [--dense] [--dense-size PX]
 // [--device D] [--decoders sandboxed|in-process] [--doubles keep|refuse|better] [--blur PROGRAM]
 // [--memory BYTES] [--log none|text|json] [--json]
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <memory>
 #include <mutex>
@@ -20,6 +18,7 @@
 #include "cli/rpc/rpc_door.h"
 #include "cli/service/http_door.h"
 #include "cli/service/memory_division.h"
+#include "cli/service/niceness.h"
 #include "cli/service_log.h"
 #include "cli/stop_on_signal.h"
 #include "cli/supervisor.h"
@@ -103,7 +102,7 @@ constexpr int kEngineNiceness = 10;
 Result<std::unique_ptr<Engine>> OpenNicely(const std::string& db, const EngineOptions& options) {
   Result<std::unique_ptr<Engine>> engine = Status::Cancelled("not opened");
   std::thread([&] {
-    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kEngineNiceness);
+    BeNicer(kEngineNiceness);
     engine = CatchShortage("open the database", [&] { return OpenToWrite(db, options); });
   }).join();
   return engine;

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/service/dense_keeper.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <utility>
 #include <vector>
 
+#include "cli/service/niceness.h"
 #include "storage/base/memory_shortage.h"
 #include "storage/base/option_bounds.h"
 
@@ -110,7 +108,7 @@ Json DenseKeeper::ToJson() const {
 }
 
 void DenseKeeper::Run(std::stop_token stop) {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
+  BeNicer(kNiceness);
   while (WaitUntilDue(stop)) Pass(stop);
 }
 

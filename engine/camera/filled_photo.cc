@@ -33,11 +33,6 @@ std::vector<uint8_t> ExifSegment(std::span<const uint8_t> exif) {
   return segment;
 }
 
-// The orientation by which the stored photo becomes of the upright one.
-int Inverse(int orientation) {
-  return orientation == 6 ? 8 : orientation == 8 ? 6 : orientation;
-}
-
 }  // namespace
 
 Result<std::vector<uint8_t>> EncodePicture(const cv::Mat& bgr) {
@@ -61,7 +56,7 @@ Result<std::vector<uint8_t>> FillPhoto(cv::Mat upright, const PhotoExamination& 
     upright(cv::Rect(area.x, area.y, area.width, area.height)).setTo(kFilling);
   const int orientation = examined.header.orientation;
   VEDUTA_ASSIGN_OR_RETURN(std::vector<uint8_t> photo,
-                          EncodePicture(Upright(upright, Inverse(orientation))));
+                          EncodePicture(Upright(upright, InverseOrientation(orientation))));
   std::vector<uint8_t> segments = PrivateAreasSegment(areas);
   const std::vector<uint8_t> exif =
       ExifSegment(WriteExif(examined.camera, examined.gps, examined.taken, orientation));

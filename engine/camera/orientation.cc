@@ -54,10 +54,14 @@ Eigen::Vector2d StoredFromUpright(const Eigen::Vector2d& upright, ImageSize stor
   return place;
 }
 
-Eigen::Vector2d UprightFromStored(const Eigen::Vector2d& place, ImageSize stored, int orientation) {
+int InverseOrientation(int orientation) {
   // A quarter turn is undone by one the other way; all else is its own inverse.
-  const int undone = orientation == 6 ? 8 : orientation == 8 ? 6 : orientation;
-  return StoredFromUpright(place, UprightSize(stored, orientation), undone);
+  return orientation == 6 ? 8 : orientation == 8 ? 6 : orientation;
+}
+
+Eigen::Vector2d UprightFromStored(const Eigen::Vector2d& place, ImageSize stored, int orientation) {
+  return StoredFromUpright(place, UprightSize(stored, orientation),
+                           InverseOrientation(orientation));
 }
 
 Eigen::Matrix3d UprightCamFromStoredCam(int orientation) {

@@ -13,6 +13,9 @@ namespace veduta {
 // The size after Upright; orientations 5 to 8 swap the sides. `orientation` in [1, 8].
 ImageSize UprightSize(ImageSize stored, int orientation);
 
+// The orientation by which an upright image is turned to what is stored.
+int InverseOrientation(int orientation);
+
 // The stored image turned upright. For orientation 1 the result shares the pixels of `stored`.
 cv::Mat Upright(const cv::Mat& stored, int orientation);
 
