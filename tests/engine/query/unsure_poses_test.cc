@@ -184,11 +184,19 @@ TEST_F(CutOffTest, WhereMostAreUnsureNobodyIsTold) {
   EXPECT_EQ(Untold(), (std::vector<uint32_t>{1, 2, 3, 4, 6, 7, 8}));
 }
 
-TEST_F(CutOffTest, WhereLessThanTwoThirdsAreUnsureTheOthersAreTold) {
+TEST_F(CutOffTest, WhereFiveOfEightAreUnsureNobodyIsTold) {
   PutUnsure({ImageId(4), ImageId(5), ImageId(6), ImageId(7), ImageId(8)});
   Pair(1, 2, 200, 100);
   Pair(2, 3, 200, 100);
-  EXPECT_EQ(Untold(), (std::vector<uint32_t>{4, 6, 7, 8}));
+  EXPECT_EQ(Untold(), (std::vector<uint32_t>{1, 2, 3, 4, 6, 7, 8}));
+}
+
+TEST_F(CutOffTest, WhereHalfAreUnsureTheOthersAreTold) {
+  PutUnsure({ImageId(5), ImageId(6), ImageId(7), ImageId(8)});
+  Pair(1, 2, 200, 100);
+  Pair(2, 3, 200, 100);
+  Pair(3, 4, 200, 100);
+  EXPECT_EQ(Untold(), (std::vector<uint32_t>{6, 7, 8}));
 }
 
 // Whose neighbours stand elsewhere: a photo of a front like many others.
