@@ -12,8 +12,8 @@ import {
 import type { CameraModel, PhotoDetails, PlacedPhoto } from "./answers";
 import { quarterTurns, worldFromCam } from "./upright";
 
-// The pinhole part of a calibration, in px, of the photo as it stands upright. The lens's distortion
-// is left out: it moves what the photo shows by some px.
+// The pinhole part of a calibration, in px, of the photo as it stands upright. The lens's
+// distortion is left out: it moves what the photo shows by some px.
 export interface Pinhole {
   fx: number;
   fy: number;

@@ -23,8 +23,8 @@ export function quarterTurns(orientation: number): number {
   return orientation < 5 ? 2 : orientation < 7 ? 1 : 3;
 }
 
-// Of a camera that has the photo upright: x to the right, y down, z forward. The axes of a camera in
-// the world are the rows of R.
+// Of a camera that has the photo upright: x to the right, y down, z forward. The axes of a camera
+// in the world are the rows of R.
 export function worldFromCam(photo: PlacedPhoto): Quaternion {
   const angle = (-Math.PI / 2) * quarterTurns(photo.orientation);
   const cam_from_upright = new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), angle);

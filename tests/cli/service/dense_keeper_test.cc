@@ -7,6 +7,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <memory>
+#include <stop_token>
+#include <thread>
 
 #include "tests/engine/street_fixture.h"
 #include "tests/option_bounds.h"
@@ -69,6 +72,32 @@ TEST(DenseKeeper, RestsForWhoAsksItTo) {
     EXPECT_EQ(keeper.ToJson()["state"], "waiting");
   }
   WaitForPasses(keeper, 1);
+}
+
+TEST(DenseKeeper, ARestEndsThePassOfSomebodyElse) {
+  City city;
+  DenseKeeper keeper(&city.engine(), {}, {});
+  std::stop_source stop;
+  std::atomic<bool> is_over = false;
+  auto pass = std::make_unique<DenseKeeper::OthersPass>(&keeper, stop.get_token());
+  EXPECT_EQ(keeper.ToJson()["state"], "working");
+  pass->Tell("volume", 2, 5);
+  EXPECT_EQ(keeper.ToJson()["stage"], "volume");
+  std::thread works([&, token = pass->token()] {
+    while (!token.stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    is_over = true;
+    pass.reset();
+  });
+  {
+    const DenseKeeper::Rest rest(&keeper);
+    EXPECT_TRUE(is_over);
+    EXPECT_EQ(keeper.ToJson()["state"], "off");
+  }
+  works.join();
+  const DenseKeeper::OthersPass next(&keeper, stop.get_token());
+  EXPECT_FALSE(next.token().stop_requested());
+  stop.request_stop();
+  EXPECT_TRUE(next.token().stop_requested());
 }
 
 TEST(DenseKeeper, TellsWhyItFails) {
