@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "cli/rpc/rpc_connection.h"
+#include "cli/service/event_loop.h"
 #include "cli/service/loopback.h"
 #include "cli/service/own_socket.h"
 #include "storage/base/option_bounds.h"
@@ -151,7 +152,7 @@ struct RpcDoor::Parts {
   // Serves connections on this thread until a stop is requested.
   void Serve() {
     try {
-      auto io = kj::setupAsyncIo();
+      auto io = MakeEventLoop();
       auto port = io.lowLevelProvider->wrapListenSocketFd(socket.get());
       ConnectionTaker taker(shared, &io, port.get(), IsUnix(options.address));
       auto paf = kj::newPromiseAndCrossThreadFulfiller<bool>();

@@ -60,16 +60,20 @@ DenseKeeper::Rest::Rest(DenseKeeper* keeper) : keeper_(keeper) {
 }
 
 DenseKeeper::Rest::~Rest() {
-  const std::lock_guard lock(keeper_->mutex_);
-  --keeper_->rests_;
+  {
+    const std::lock_guard lock(keeper_->mutex_);
+    --keeper_->rests_;
+  }
+  keeper_->changed_.notify_all();
 }
 
 DenseKeeper::OthersPass::OthersPass(DenseKeeper* keeper, const std::stop_token& stop)
     : keeper_(keeper), on_stop_(stop, [pass = pass_]() mutable { pass.request_stop(); }) {
   std::unique_lock lock(keeper_->mutex_);
-  ++keeper_->rests_;  // of the keeper's own passes
-  keeper_->pass_.request_stop();
-  keeper_->changed_.wait(lock, [&] { return !keeper_->is_at_work_; });
+  if (keeper_->others_++ == 0) keeper_->pass_.request_stop();
+  has_begun_ = keeper_->changed_.wait(
+      lock, stop, [&] { return !keeper_->is_at_work_ && keeper_->rests_ == 0; });
+  if (!has_begun_) return;
   keeper_->pass_ = pass_;
   keeper_->is_at_work_ = true;
 }
@@ -77,10 +81,12 @@ DenseKeeper::OthersPass::OthersPass(DenseKeeper* keeper, const std::stop_token& 
 DenseKeeper::OthersPass::~OthersPass() {
   {
     const std::lock_guard lock(keeper_->mutex_);
-    --keeper_->rests_;
-    keeper_->is_at_work_ = false;
-    keeper_->stage_.clear();
-    keeper_->done_ = keeper_->total_ = 0;
+    --keeper_->others_;
+    if (has_begun_) {
+      keeper_->is_at_work_ = false;
+      keeper_->stage_.clear();
+      keeper_->done_ = keeper_->total_ = 0;
+    }
   }
   keeper_->changed_.notify_all();
 }
@@ -142,8 +148,8 @@ bool DenseKeeper::WaitUntilDue(const std::stop_token& stop) {
       last = now;
       if (!first) first = now;
     }
-    if (!is_paused_ && rests_ == 0 && first && (now - *last >= pause || now - *first >= patience))
-      return true;
+    const bool may_begin = !is_paused_ && rests_ + others_ == 0;
+    if (may_begin && first && (now - *last >= pause || now - *first >= patience)) return true;
     changed_.wait_for(lock, stop, kLook, [] { return false; });
   }
   return false;
@@ -156,7 +162,7 @@ void DenseKeeper::Pass(const std::stop_token& stop) {
   std::stop_token pass;
   {
     const std::lock_guard lock(mutex_);
-    if (stop.stop_requested() || is_paused_ || rests_ > 0) return;
+    if (stop.stop_requested() || is_paused_ || rests_ + others_ > 0) return;
     pass_ = std::stop_source();
     pass = pass_.get_token();
     is_at_work_ = true;

@@ -57,11 +57,12 @@ class DenseKeeper final {
     DenseKeeper* const keeper_;
   };
 
-  // A pass that somebody else makes, which it stands for: made when none runs any more, and a rest
-  // ends it, too, after the piece at hand.
+  // A pass that somebody else makes, which it stands for. A rest ends it, too, after the piece at
+  // hand.
   class OthersPass final {
    public:
-    // Also ended by `stop`.
+    // Made when no other pass runs any more, and all rests are over: the keeper's own pass is ended
+    // for it, one of somebody else is waited for. Also ended by `stop`, before its turn as well.
     OthersPass(DenseKeeper* keeper, const std::stop_token& stop);
     ~OthersPass();
     OthersPass(const OthersPass&) = delete;
@@ -74,6 +75,7 @@ class DenseKeeper final {
 
    private:
     DenseKeeper* const keeper_;
+    bool has_begun_ = false;
     std::stop_source pass_;
     std::stop_callback<std::function<void()>> on_stop_;
   };
@@ -101,7 +103,8 @@ class DenseKeeper final {
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   bool is_paused_ = false, is_at_work_ = false;
-  uint32_t rests_ = 0;
+  uint32_t rests_ = 0;   // that are asked for
+  uint32_t others_ = 0;  // passes of others that run, or wait for their turn
   std::string stage_;
   size_t done_ = 0, total_ = 0;
   uint64_t passes_ = 0;    // that came to their end

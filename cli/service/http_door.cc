@@ -16,6 +16,7 @@
 
 #include "cli/service/body_reader.h"
 #include "cli/service/budget.h"
+#include "cli/service/event_loop.h"
 #include "cli/service/http_settings.h"
 #include "cli/service/known_headers.h"
 #include "cli/service/logged_response.h"
@@ -409,7 +410,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
 Status ServeOnThread(CityService* service, Limits* limits, int socket, int owners,
                      std::stop_token stop, const std::function<void(uint16_t port)>& listening) {
   try {
-    auto io = kj::setupAsyncIo();
+    auto io = MakeEventLoop();
     kj::HttpHeaderTable::Builder builder;
     const KnownHeaders known(&builder);
     const kj::Own<kj::HttpHeaderTable> table = builder.build();

@@ -5,12 +5,23 @@
 //   else the door does is tested by rpc_test.py.
 #include "cli/rpc/rpc_door.h"
 
+#include <capnp/message.h>
 #include <capnp/rpc-twoparty.h>
+#include <capnp/rpc.capnp.h>
+#include <capnp/serialize.h>
 #include <gtest/gtest.h>
 #include <kj/async-io.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "cli/rpc/veduta.capnp.h"
 #include "engine/engine.h"
@@ -79,22 +90,118 @@ class Guest final {
   kj::Promise<bool> answer_;
 };
 
-TEST(RpcDoor, MoreConnectionsWaitUntilOneEnds) {
-  City city;
-  city.Close();
-  auto engine = Engine::Open(city.path());
-  ASSERT_OK(engine);
-  CityService service(*std::move(engine), city.path(), ServiceOptions(), CityService::Listeners());
-  const RpcDoorOptions options{
-      .address = "unix:" + city.path() + "/door.sock", .connections_max = 2, .threads = 1};
-  const auto door = RpcDoor::Open(&service, options, [](const Status&) {});
-  ASSERT_OK(door);
+// A client without manners: says what it is told to, again and again, as fast as it is heard.
+class Chatterer final {
+ public:
+  Chatterer(const std::string& path, const std::vector<kj::byte>& words)
+      : socket_(socket(AF_UNIX, SOCK_STREAM, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::ranges::copy(path, address.sun_path);
+    EXPECT_EQ(connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    talker_ = std::jthread([this, words] {
+      while (send(socket_, words.data(), words.size(), MSG_NOSIGNAL) > 0) {
+      }
+      is_talking_ = false;
+    });
+    listener_ = std::jthread([this] {
+      std::vector<kj::byte> answers(1 << 20);
+      while (recv(socket_, answers.data(), answers.size(), 0) > 0) {
+      }
+    });
+  }
+  ~Chatterer() {
+    shutdown(socket_, SHUT_RDWR);
+    talker_.join();
+    listener_.join();
+    close(socket_);
+  }
+  Chatterer(const Chatterer&) = delete;
+  Chatterer& operator=(const Chatterer&) = delete;
+
+  bool is_talking() const { return is_talking_; }
+
+ private:
+  const int socket_;
+  std::atomic<bool> is_talking_ = true;
+  std::jthread talker_, listener_;
+};
+
+// Adds a message to `bytes`.
+template <typename Fill>
+void Say(std::vector<kj::byte>* bytes, const Fill& fill) {
+  capnp::MallocMessageBuilder message;
+  fill(message.initRoot<capnp::rpc::Message>());
+  const kj::Array<capnp::word> words = capnp::messageToFlatArray(message);
+  bytes->insert(bytes->end(), words.asBytes().begin(), words.asBytes().end());
+}
+
+// Asks to be let in, and wants to hear no more of it, a thousand times.
+std::vector<kj::byte> ManyQuestions() {
+  std::vector<kj::byte> bytes;
+  for (int i = 0; i < 1000; ++i) {
+    Say(&bytes, [](auto message) { message.initBootstrap().setQuestionId(1); });
+    Say(&bytes, [](auto message) {
+      auto call = message.initCall();
+      call.setQuestionId(2);
+      call.initTarget().initPromisedAnswer().setQuestionId(1);
+      call.setInterfaceId(capnp::typeId<rpc::Gate>());
+      call.initParams().getContent().template initAs<rpc::Gate::LoginParams>().setToken("");
+    });
+    for (const uint32_t question : {2, 1}) {
+      Say(&bytes, [question](auto message) {
+        auto finish = message.initFinish();
+        finish.setQuestionId(question);
+        finish.setReleaseResultCaps(true);
+      });
+    }
+  }
+  return bytes;
+}
+
+class RpcDoorTest : public ::testing::Test {
+ protected:
+  // The address of a door of one thread.
+  std::string Open(uint32_t connections_max) {
+    city_.Close();
+    auto engine = Engine::Open(city_.path());
+    EXPECT_OK(engine);
+    service_.emplace(*std::move(engine), city_.path(), ServiceOptions(), CityService::Listeners());
+    const RpcDoorOptions options{
+        .address = "unix:" + path(), .connections_max = connections_max, .threads = 1};
+    auto door = RpcDoor::Open(&*service_, options, [](const Status&) {});
+    EXPECT_OK(door);
+    door_ = *std::move(door);
+    return options.address;
+  }
+  std::string path() const { return city_.path() + "/door.sock"; }
+
+  City city_;
+  std::optional<CityService> service_;
+  std::unique_ptr<RpcDoor> door_;
+};
+
+TEST_F(RpcDoorTest, WhoNeverPausesKeepsNobodyFromTheirTurn) {
+  const std::string address = Open(16);
   kj::AsyncIoContext io = kj::setupAsyncIo();
-  auto first = std::make_unique<Guest>(&io, options.address);
-  Guest second(&io, options.address);
+  std::vector<std::unique_ptr<Chatterer>> chatterers;
+  for (int i = 0; i < 8; ++i)
+    chatterers.push_back(std::make_unique<Chatterer>(path(), ManyQuestions()));
+  for (int i = 0; i < 20; ++i) {
+    Guest guest(&io, address);
+    ASSERT_TRUE(guest.IsAnsweredWithin(10 * kj::SECONDS)) << i;
+  }
+  for (const auto& one : chatterers) EXPECT_TRUE(one->is_talking());
+}
+
+TEST_F(RpcDoorTest, MoreConnectionsWaitUntilOneEnds) {
+  const std::string address = Open(2);
+  kj::AsyncIoContext io = kj::setupAsyncIo();
+  auto first = std::make_unique<Guest>(&io, address);
+  Guest second(&io, address);
   EXPECT_TRUE(first->IsAnsweredWithin(10 * kj::SECONDS));
   EXPECT_TRUE(second.IsAnsweredWithin(10 * kj::SECONDS));
-  Guest third(&io, options.address);
+  Guest third(&io, address);
   EXPECT_FALSE(third.IsAnsweredWithin(200 * kj::MILLISECONDS));
   first.reset();
   EXPECT_TRUE(third.IsAnsweredWithin(10 * kj::SECONDS));

@@ -100,6 +100,45 @@ TEST(DenseKeeper, ARestEndsThePassOfSomebodyElse) {
   EXPECT_TRUE(next.token().stop_requested());
 }
 
+TEST(DenseKeeper, ThePassOfSomebodyElseWaitsForItsTurn) {
+  City city;
+  DenseKeeper keeper(&city.engine(), {}, {});
+  std::stop_source stop;
+  auto first = std::make_unique<DenseKeeper::OthersPass>(&keeper, stop.get_token());
+  std::atomic<int> begun = 0;
+  std::thread second([&] {
+    const DenseKeeper::OthersPass pass(&keeper, stop.get_token());
+    EXPECT_FALSE(pass.token().stop_requested());
+    ++begun;
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(begun, 0);
+  EXPECT_FALSE(first->token().stop_requested());
+  first.reset();
+  second.join();
+  EXPECT_EQ(begun, 1);
+
+  auto rest = std::make_unique<DenseKeeper::Rest>(&keeper);
+  std::thread third([&] {
+    const DenseKeeper::OthersPass pass(&keeper, stop.get_token());
+    ++begun;
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(begun, 1);
+  rest.reset();
+  third.join();
+  EXPECT_EQ(begun, 2);
+
+  rest = std::make_unique<DenseKeeper::Rest>(&keeper);
+  std::thread gives_up([&] {
+    const DenseKeeper::OthersPass pass(&keeper, stop.get_token());
+    EXPECT_TRUE(pass.token().stop_requested());
+  });
+  stop.request_stop();
+  gives_up.join();
+  EXPECT_EQ(keeper.ToJson()["state"], "off");
+}
+
 TEST(DenseKeeper, TellsWhyItFails) {
   City city;
   DenseKeeping keeping = Coarse();
