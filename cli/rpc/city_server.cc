@@ -65,9 +65,14 @@ kj::Promise<void> CityServer::status(StatusContext context) {
 kj::Promise<void> CityServer::addPhoto(AddPhotoContext context) {
   const auto params = context.getParams();
   PhotoTitle title{ShortText(params.getName(), "name"), ShortText(params.getCamera(), "camera"),
-                   ShortText(params.getContributor(), "contributor")};
-  const std::string who = caller_.Check("POST", {"v1", "photos"}, title.contributor).who;
-  if (title.contributor.empty()) title.contributor = who.empty() ? "anonymous" : who;
+                   ShortText(params.getContributor(), "contributor"), params.getContribution()};
+  const HttpRequest sender = caller_.Check("POST", {"v1", "photos"}, title.contributor);
+  std::string contributor = sender.who.empty() ? "anonymous" : sender.who;
+  if (title.contribution != 0) {
+    const auto of_all = ValueOrThrow(caller_.service().Ask({}).Contribution(title.contribution));
+    if (sender.may_name_others) contributor = of_all.contributor;
+  }
+  if (title.contributor.empty()) title.contributor = contributor;
   if (title.name.empty()) kj::throwFatalException(Failure(400, "the photo has no name"));
   Status named = CheckPhotoName(title.name);
   if (named.ok()) named = CheckName("the name of a contributor", title.contributor);

@@ -79,8 +79,11 @@ kj::Promise<void> UploadServer::done(DoneContext context) {
   HttpRequest sender = caller_.Check("POST", {"v1", "photos"}, title_.contributor);
   ArrivingPhoto::Whole whole = photo_.Take();
   // Shared, since tasks are copied.
-  const auto photo = std::make_shared<PhotoSubmission>(PhotoSubmission{
-      {title_.name, "", std::move(whole.bytes)}, title_.camera, title_.contributor});
+  const auto photo =
+      std::make_shared<PhotoSubmission>(PhotoSubmission{{title_.name, "", std::move(whole.bytes)},
+                                                        title_.camera,
+                                                        title_.contributor,
+                                                        title_.contribution});
   auto paf = kj::newPromiseAndFulfiller<void>();
   auto before = std::exchange(caller_.session().stored, kj::mv(paf.promise));
   auto stored = before.then(

@@ -41,6 +41,7 @@ class ArrivingPhoto final {
 // What is known of a photo before its bytes.
 struct PhotoTitle {
   std::string name, camera, contributor;
+  uint32_t contribution = 0;  // that it is a part of; 0: of none
 };
 
 class UploadServer final : public rpc::Upload::Server {

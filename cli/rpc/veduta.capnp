@@ -52,7 +52,10 @@ interface City {
   # Contributor; a curator may name another `contributor` than the token's name. Takes the bytes of
   # a photo that will be called `name`. Without a `camera` it is found, or estimated. The photo is
   # put on the disk by Upload.done. 400 without a name, 429 where too many bytes are arriving.
-  addPhoto @1 (name :Text, camera :Text, contributor :Text) -> (upload :Upload);
+  # `contribution` is the number of an open contribution (POST /v1/contributions), 0: of none. 404
+  # where there is none of that number; Upload.done fails where it is closed, or somebody else's.
+  addPhoto @1 (name :Text, camera :Text, contributor :Text, contribution :UInt32)
+      -> (upload :Upload);
 
   # Contributor. What becomes of an upload that was accepted before, perhaps by another connection
   # or another daemon. 404 for one that waits no more and is not one of the last 10,000 that had

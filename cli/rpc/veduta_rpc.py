@@ -45,7 +45,7 @@ CapDescriptor 1 1 ?0 none:void@0?0 senderHosted:u32@1?1 senderPromise:u32@1?2
     receiverHosted:u32@1?3 receiverAnswer:PromisedAnswer@0?4
     thirdPartyHosted:ThirdPartyCapDescriptor@0?5 attachedFd:u8@2
 City.addPhoto 10284526029063047865 1
-City.addPhoto() 0 3 name:text@0 camera:text@1 contributor:text@2
+City.addPhoto() 1 3 name:text@0 camera:text@1 contributor:text@2 contribution:u32@0
 City.addPhoto= 0 1 upload:cap@0
 City.examine 10284526029063047865 5
 City.examine() 0 1 name:text@0
@@ -646,10 +646,11 @@ class City:
             chunk = data[start:start + CHUNK_BYTES]
             on_way.append(sink.call('PhotoSink.write', chunk=chunk))
 
-    def add(self, name, data, camera='', contributor=''):
-        """Sends a photo. Waits for nothing but the room for its bytes."""
-        upload = self.call('addPhoto', name=name, camera=camera,
-                           contributor=contributor).capability('upload')
+    def add(self, name, data, camera='', contributor='', contribution=0):
+        """Sends a photo, as a part of an open contribution if one is named by its number. Waits
+        for nothing but the room for its bytes."""
+        upload = self.call('addPhoto', name=name, camera=camera, contributor=contributor,
+                           contribution=contribution).capability('upload')
         self.send(upload, data)
         done = upload.call('Upload.done')
         return Photo(done, done.capability('ticket'))

@@ -6,11 +6,17 @@
 # Method: real daemons on photos of a rendered street, asked as people do.
 # usage: tests/cli/contributions_test.py VEDUTA VEDUTA_STREET [TEST...]
 import json
+import os
+import sys
 import urllib.parse
 
 from city import Case, ask, main, must, new_database, photo, render, SIZE
 from daemon import JPEG, Daemon
 from tus_client import begin, must_begin, offset_of, send
+
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..')
+sys.path.insert(0, os.path.join(ROOT, 'cli', 'rpc'))
+import veduta_rpc  # noqa: E402 (the line above finds it)
 
 NONE = dict.fromkeys(('arriving', 'waiting', 'placed', 'postponed', 'refused', 'duplicates',
                       'failed', 'removed'), 0)
@@ -173,6 +179,25 @@ class Contributions(Case):
         done = [json.loads(line) for line in must('journal', db).splitlines()]
         self.assertEqual([entry['actor'] for entry in done if entry['action'] == 'contribution'],
                          ['anna', 'anna', 'kai'])
+
+    def test_photos_come_by_rpc_as_well(self):
+        with Daemon(new_database('rpc'), '--listen', '127.0.0.1:0') as daemon:
+            number = self.open(daemon, contributor='anna')
+            city = veduta_rpc.connect(daemon.started['rpc'])
+            self.addCleanup(city.close)
+
+            def fails(code, words, contribution):
+                with self.assertRaises(veduta_rpc.Failure) as raised:
+                    city.add('2.jpg', photo(2), 'c', contribution=contribution).number()
+                self.assertEqual(raised.exception.code, code)
+                self.assertIn(words, str(raised.exception))
+
+            city.add('1.jpg', photo(1), 'c', contribution=number).verdict()
+            self.assertEqual(self.sums(daemon, number)[0], {**NONE, 'postponed': 1})
+            self.assertEqual(daemon.get('/v1/photos')[0]['contributor'], 'anna')
+            fails(404, 'no contribution 77', 77)
+            self.assertEqual(daemon.ask('POST', f'/v1/contributions/{number}/close', '')[0], 200)
+            fails(409, 'closed', number)
 
 
 if __name__ == '__main__':
