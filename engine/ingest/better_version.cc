@@ -84,8 +84,7 @@ Status AddWords(const Snapshot& snapshot, ImageId stored, std::span<const WordId
   VEDUTA_ASSIGN_OR_RETURN(std::vector<WordId> all, snapshot.GetWords(generation, stored));
   all.insert(all.end(), words.begin(), words.end());
   std::ranges::sort(all);
-  const auto repeated = std::ranges::unique(all);
-  all.erase(repeated.begin(), repeated.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
   transaction->PutWords(generation, stored, all);
   transaction->AddPostings(generation, all, stored);
   return Status::Ok();

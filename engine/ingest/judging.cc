@@ -16,6 +16,7 @@
 #include "engine/ingest/region_writer.h"
 #include "engine/ingest/seam.h"
 #include "engine/ingest/seam_loop.h"
+#include "engine/ingest/submaps.h"
 #include "engine/ingest/surroundings.h"
 #include "storage/base/content_hash.h"
 
@@ -151,6 +152,13 @@ std::vector<ImageId> Union(const std::vector<ImageId>& a, const std::vector<Imag
   std::vector<ImageId> both;
   std::ranges::set_union(a, b, std::back_inserter(both));
   return both;
+}
+
+// Images that are weighed one by one: those at the seam, and with them those that are unsure, unless
+// these are a large place. A judgment would take minutes then, after nearly each photo.
+std::vector<ImageId> ToWeigh(const HypothesisRecord& seam, const std::vector<ImageId>& unsure) {
+  constexpr size_t kUnsureMax = 64;  // as many as are compared at once (mixed_places.h)
+  return unsure.size() <= kUnsureMax ? Union(seam.images, unsure) : seam.images;
 }
 
 // What is to be said against the sides on which these images stand. None is called unsure where
@@ -328,6 +336,9 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
       JudgeFrom({&loader, parts.map, parts.pool, parts.options.mapper}, side, hypothesis));
   Judgment judgment;
   if (!placement.merges.empty()) {
+    VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(*scope.base));
+    // The submaps on both sides know nothing of the seam yet.
+    if (submaps.IsParted(a) || submaps.IsParted(b)) placement.around = hypothesis.images;
     VEDUTA_RETURN_IF_ERROR(
         WritePlacement(*parts.map, *scope.base, placement, {}, &state, transaction));
     judgment.merged_into = placement.reconstruction;
@@ -346,13 +357,12 @@ Result<Judgment> JudgeAnew(const IngestParts& parts, ReconstructionId a, Reconst
     // A search from one side need not lead to all that was at the seam before.
     VEDUTA_ASSIGN_OR_RETURN(SideDoubts doubts,
                             WeighSeam({&loader, parts.map, parts.pool, parts.options.mapper}, side,
-                                      refused, Union(refused.images, hypothesis.unsure)));
+                                      refused, ToWeigh(refused, hypothesis.unsure)));
     VEDUTA_RETURN_IF_ERROR(KeepDoubted(*scope.base, state, &doubts));
     std::ranges::sort(doubts.unsure);
     // A place that may not be split off now is not told where it stands.
-    doubts.unsure = Union(doubts.unsure, place.images);
-    refused.images = Union(refused.images, doubts.unsure);
-    refused.unsure = std::move(doubts.unsure);
+    refused.unsure = Union(doubts.unsure, place.images);
+    refused.images = ToWeigh(refused, refused.unsure);
     VEDUTA_RETURN_IF_ERROR(WriteHypotheses(*scope.base, placement, &state, transaction));
     if (!doubts.misplaced.empty()) {
       VEDUTA_ASSIGN_OR_RETURN(judgment.taken_out.unplaced,

@@ -41,7 +41,7 @@ Status LargeAdjustment::Compute() {
     VEDUTA_RETURN_IF_ERROR(NoteForbidden(*base, &found_));
     VEDUTA_ASSIGN_OR_RETURN(
         relaxation_,
-        FindRelaxation(*base, reconstruction_, parts_.options.mapper.doubt.parts, parts_.pool));
+        FindRelaxation(*base, reconstruction_, parts_.options.mapper.doubt, parts_.pool));
     return Status::Ok();
   }
   MapLoader loader(base, parts_.features, &found_.map, parts_.pool);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <ranges>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -172,7 +172,7 @@ void KeepForOthers(CameraFamily* family, std::vector<CameraRecord>* known, Datab
                    Transaction* transaction) {
   CameraRecord kept = family->main();
   kept.awaited = nullptr;
-  const auto others = std::ranges::subrange(family->cameras.begin() + 1, family->cameras.end());
+  const auto others = std::span(family->cameras).subspan(1);
   auto at = std::ranges::find(others, kept.model, &CameraRecord::model);
   const bool is_there = at != others.end();
   if (!is_there) {

@@ -232,7 +232,7 @@ std::vector<ImageId> MapLoader::ListAround(std::span<const ImageId> images) cons
   for (const std::vector<ImageId>& of_one : around)
     all.insert(all.end(), of_one.begin(), of_one.end());
   std::ranges::sort(all);
-  all.erase(std::ranges::unique(all).begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
   return all;
 }
 

@@ -2,7 +2,9 @@
 #include "engine/ingest/merging.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <vector>
 
 #include "engine/ingest/hypotheses.h"
 #include "engine/ingest/seam.h"
@@ -248,6 +250,22 @@ Result<bool> IsForbidden(const Snapshot& snapshot, ReconstructionId own, const C
   return false;
 }
 
+// The largest is first, for only the first merge decides whose frame stays, and then the others
+// ascending.
+Result<std::vector<ReconstructionId>> LargestFirst(
+    MapLoader* loader, const std::map<ReconstructionId, std::vector<PointPair>>& common) {
+  std::vector<ReconstructionId> ids;
+  size_t largest = 0;
+  uint32_t most = 0;
+  for (const auto& [id, points] : common) {
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, loader->GetReconstruction(id));
+    if (record.image_count > most) most = record.image_count, largest = ids.size();
+    ids.push_back(id);
+  }
+  if (!ids.empty()) std::rotate(ids.begin(), ids.begin() + largest, ids.begin() + largest + 1);
+  return ids;
+}
+
 }  // namespace
 
 Result<MergeOutcome> MergeLoop(const MappingContext& context, ReconstructionId own,
@@ -261,14 +279,18 @@ Result<MergeOutcome> MergeLoop(const MappingContext& context, ReconstructionId o
     commons.push_back(std::move(common));
   }
   std::vector<LoopPart> parts = loop.parts;
-  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord first, context.loader->GetReconstruction(own));
-  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord second,
-                          context.loader->GetReconstruction(parts.front().id));
+  VEDUTA_ASSIGN_OR_RETURN(ReconstructionRecord largest, context.loader->GetReconstruction(own));
   Sim3 into_from_own;
-  if (second.image_count > first.image_count) {
-    outcome.into = second.id;
-    into_from_own = parts.front().own_from_part.Inverse();
-    parts.front() = {own, {}};
+  LoopPart* replaced = nullptr;
+  for (LoopPart& part : parts) {
+    VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                            context.loader->GetReconstruction(part.id));
+    if (record.image_count > largest.image_count) largest = record, replaced = &part;
+  }
+  if (replaced != nullptr) {
+    outcome.into = largest.id;
+    into_from_own = replaced->own_from_part.Inverse();
+    *replaced = {own, {}};
   }
   for (const LoopPart& part : parts) {
     outcome.merges.push_back({part.id, into_from_own * part.own_from_part, 0, loop.evidence});
@@ -293,10 +315,13 @@ Result<MergeOutcome> MergeAround(const MappingContext& context, const MergeReque
   outcome.into = request.reconstruction;
   VEDUTA_CHECK(!request.fresh.empty() || !near.empty(), "a merge is sought around no image");
   const ImageId photo = request.fresh.empty() ? near.front() : request.fresh.front();
-  VEDUTA_ASSIGN_OR_RETURN(const auto common,
+  VEDUTA_ASSIGN_OR_RETURN(auto common,
                           FindCommonPoints(context.loader, *context.map, near, photo, pairs));
-  for (auto [other, points] : common) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionId> others,
+                          LargestFirst(context.loader, common));
+  for (const ReconstructionId other : others) {
     if (request.only.valid() && other != request.only) continue;
+    std::vector<PointPair>& points = common.at(other);
     // An earlier merge may have made two points one.
     std::erase_if(points, [&](const PointPair& pair) {
       return !context.map->FindPoint(pair.into) || !context.map->FindPoint(pair.from);

@@ -246,11 +246,14 @@ Result<RelaxationProblem> MakeProblem(const Snapshot& base, const Whole& whole,
 void SetMotions(const Whole& whole, const Relaxation& relaxation, FoundRelaxation* found) {
   std::vector<Rigid3> before, after;
   for (const auto& [image, pose] : whole.poses) {
+    const uint32_t place = whole.place_of.at(image);
+    if (!relaxation.is_tied[place]) continue;
     before.push_back(pose);
-    after.push_back(TransformCameraWorld(relaxation.new_from_old[whole.place_of.at(image)], pose));
+    after.push_back(TransformCameraWorld(relaxation.new_from_old[place], pose));
   }
   const Sim3 old_from_new = FitCameras(after, before).value_or(Sim3());
   for (size_t i = 0; i < whole.submaps.size(); ++i) {
+    if (!relaxation.is_tied[i]) continue;  // it moves with those beside it (SpreadMotions)
     found->motions[whole.submaps[i]] = old_from_new * relaxation.new_from_old[i];
     if (relaxation.change_px[i] > kChangeMin_px) found->changed.insert(whole.submaps[i]);
   }
@@ -290,7 +293,10 @@ Status WriteMotions(const Snapshot& base, const FoundRelaxation& found,
 }  // namespace
 
 Result<FoundRelaxation> FindRelaxation(const Snapshot& base, ReconstructionId reconstruction,
-                                       const AgreementBounds& bounds, ThreadPool* pool) {
+                                       const DoubtOptions& options, ThreadPool* pool) {
+  AgreementBounds bounds = options.parts;
+  bounds.contradiction_share_max =
+      std::max(bounds.contradiction_share_max, options.seam_confirmed_contradiction_share_max);
   VEDUTA_ASSIGN_OR_RETURN(const Submaps submaps, Submaps::Read(base));
   VEDUTA_ASSIGN_OR_RETURN(const Whole whole, ReadWhole(base, submaps, reconstruction));
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
@@ -300,9 +306,11 @@ Result<FoundRelaxation> FindRelaxation(const Snapshot& base, ReconstructionId re
   found.without_border = ListWithoutBorder(whole, submaps);
   if (!found.without_border.empty()) return found;
   const Counted counted(whole);
-  found.wrong_part = FindWrongPart(whole, counted, bounds);
-  if (found.wrong_part.empty())
-    VEDUTA_RETURN_IF_ERROR(RelaxWhole(base, whole, counted, pool, &found));
+  std::vector<ImageId> wrong_part = FindWrongPart(whole, counted, bounds);
+  found.is_to_judge = !wrong_part.empty();
+  const bool is_judged_again = found.is_to_judge && record.images_at_adjustment == 0;
+  if (!is_judged_again) VEDUTA_RETURN_IF_ERROR(RelaxWhole(base, whole, counted, pool, &found));
+  if (found.motions.empty()) found.wrong_part = std::move(wrong_part);
   return found;
 }
 
@@ -325,7 +333,7 @@ Result<AdjustedWhole> WriteRelaxation(const IngestParts& parts, ReconstructionId
   } else {
     VEDUTA_RETURN_IF_ERROR(WriteMotions(*scope.base, found, reconstruction, &submaps));
     const bool has_grown = record.images_at_adjustment > 0;
-    record.images_at_adjustment = found.image_count;
+    record.images_at_adjustment = found.is_to_judge ? 0 : found.image_count;
     transaction->PutReconstruction(record);
     VEDUTA_RETURN_IF_ERROR(MakeHypothesesDue(*scope.base, reconstruction, {},
                                              has_grown ? Splits::kMeant : Splits::kPassedOver,
@@ -344,7 +352,7 @@ Result<AdjustedWhole> RelaxReconstruction(const IngestParts& parts, Reconstructi
                                           WriteScope scope) {
   VEDUTA_ASSIGN_OR_RETURN(
       const FoundRelaxation found,
-      FindRelaxation(*scope.base, reconstruction, parts.options.mapper.doubt.parts, parts.pool));
+      FindRelaxation(*scope.base, reconstruction, parts.options.mapper.doubt, parts.pool));
   return WriteRelaxation(parts, reconstruction, found, std::move(scope));
 }
 

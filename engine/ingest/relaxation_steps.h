@@ -23,24 +23,29 @@
 
 namespace veduta {
 
-// What a look at the whole has found: one of the three, or nothing.
+// What a look at the whole has found: one of the first three, or nothing.
 struct FoundRelaxation {
   // Submaps that have no border yet, by one image of each.
   std::vector<ImageId> without_border;
   std::vector<ImageId> wrong_part;  // does not agree with the rest
   std::map<SubmapId, Sim3> motions;
   std::set<SubmapId> changed;  // whose borders change by the motions
-  std::string how;             // for the journal
-  uint32_t image_count = 0;    // of the reconstruction
+  // A part does not agree with the rest as the submaps stood. What is far off for it has drifted
+  // agrees once it was moved: it is judged then.
+  bool is_to_judge = false;
+  std::string how;           // for the journal
+  uint32_t image_count = 0;  // of the reconstruction
 };
 
-// Judges the whole by what is known of the fragments of its submaps (agreeing_parts.h). Where they
-// fall apart, names the largest part that does not agree with the rest. Otherwise relaxes the
-// whole, where that is significant. The published frame stays: the motions are carried back by the
+// Judges the whole by what is known of the fragments of its submaps (agreeing_parts.h), by as many
+// contradictions as a merge may have that its pictures confirm, for these are not asked here. Where
+// they fall apart, and did so the last time too, or moving them would not help, names the largest
+// part that does not agree with the rest. Otherwise relaxes the whole, where that is significant.
+// The published frame stays: the motions are carried back by the
 // similarity that best fits all cameras to where they were. Writes nothing. Thread-safe.
 // Deterministic at any number of threads. O(submaps, their borders, and poses).
 Result<FoundRelaxation> FindRelaxation(const Snapshot& base, ReconstructionId reconstruction,
-                                       const AgreementBounds& bounds, ThreadPool* pool);
+                                       const DoubtOptions& options, ThreadPool* pool);
 
 // Writes what was found, perhaps some commits ago: what is gone since is passed over. Submaps
 // without a border are made due. A wrong part is split off, and the rest is due again; that loads

@@ -142,11 +142,30 @@ RelaxationEstimate StandAt(const RelaxationProblem& problem, const RelaxationEst
   return there;
 }
 
-// Whether no scale changes by more than may be believed.
+// Whether a scale changes by no more than may be believed.
+bool IsBelievable(const Sim3& motion) {
+  return motion.scale <= kScaleFactorMax && motion.scale * kScaleFactorMax >= 1;
+}
+
 bool IsBelievable(const Solution& solution) {
-  return std::ranges::all_of(solution.estimate.new_from_old, [](const Sim3& motion) {
-    return motion.scale <= kScaleFactorMax && motion.scale * kScaleFactorMax >= 1;
-  });
+  return std::ranges::all_of(solution.estimate.new_from_old,
+                             [](const Sim3& motion) { return IsBelievable(motion); });
+}
+
+// The problem without the ties that see a submap whose scale is not believed.
+RelaxationProblem WithoutWild(const RelaxationProblem& problem, const Solution& solution) {
+  RelaxationProblem rest{problem.centers, {0}, {}, problem.pairs};
+  for (size_t tie = 0; tie + 1 < problem.first_view.size(); ++tie) {
+    const auto begin = problem.views.begin() + problem.first_view[tie],
+               end = problem.views.begin() + problem.first_view[tie + 1];
+    const bool is_held = std::all_of(begin, end, [&](const TieView& view) {
+      return IsBelievable(solution.estimate.new_from_old[view.submap]);
+    });
+    if (!is_held) continue;
+    rest.views.insert(rest.views.end(), begin, end);
+    rest.first_view.push_back(static_cast<uint32_t>(rest.views.size()));
+  }
+  return rest;
 }
 
 // Seeks a solution that is far from where the submaps stand, with `carried` bodies (none where it
@@ -206,9 +225,11 @@ Status RelaxationOptions::Check() const {
       .status();
 }
 
-Result<Relaxation> RelaxSubmaps(const RelaxationProblem& given, const RelaxationOptions& options,
-                                ThreadPool* pool) {
-  VEDUTA_RETURN_IF_ERROR(options.Check());
+namespace {
+
+// Once more without the submaps that cannot be believed, where `may_leave_out`.
+Relaxation Relax(const RelaxationProblem& given, const RelaxationOptions& options,
+                 bool may_leave_out, ThreadPool* pool) {
   const auto begun = Begin(TakeSome(given, options.views_max));
   const RelaxationProblem& problem = begun.first;
   const RelaxationEstimate& start = begun.second;
@@ -217,6 +238,8 @@ Result<Relaxation> RelaxSubmaps(const RelaxationProblem& given, const Relaxation
   const double scales_px[] = {options.loss_scale_px};
   const Solution still = Solve(problem, start, false, scales_px, options.iterations_max, pool);
   const Solution best = FindBest(problem, start, still.estimate, options, pool);
+  if (may_leave_out && !IsBelievable(best))
+    return Relax(WithoutWild(given, best), options, false, pool);
   relaxation.initial_cost = still.cost;
   relaxation.cost = best.cost;
   relaxation.is_far = best.is_far;
@@ -231,7 +254,17 @@ Result<Relaxation> RelaxSubmaps(const RelaxationProblem& given, const Relaxation
           variance * (unknowns + options.gain_sigmas_min * std::sqrt(2 * unknowns));
   relaxation.new_from_old = best.estimate.new_from_old;
   relaxation.change_px = ListChanges(problem, still.errors, best.errors);
+  relaxation.is_tied.resize(problem.centers.size());
+  for (const TieView& view : problem.views) relaxation.is_tied[view.submap] = true;
   return relaxation;
+}
+
+}  // namespace
+
+Result<Relaxation> RelaxSubmaps(const RelaxationProblem& problem, const RelaxationOptions& options,
+                                ThreadPool* pool) {
+  VEDUTA_RETURN_IF_ERROR(options.Check());
+  return Relax(problem, options, true, pool);
 }
 
 }  // namespace veduta

@@ -42,7 +42,10 @@ struct RelaxationOptions {
 struct Relaxation {
   // Whether the submaps are to be moved; nothing else means anything where they are not.
   bool is_significant = false;
-  std::vector<Sim3> new_from_old;     // one for each submap
+  std::vector<Sim3> new_from_old;  // one for each submap
+  // Of each submap whether anything holds it. Not one of which the ties want a scale that cannot
+  // be: these are left out then, and the others are moved without it.
+  std::vector<bool> is_tied;
   std::vector<double> change_px;      // for each submap, how far its views moved: the median
   double initial_cost = 0, cost = 0;  // half the sum of rho(squared error in px)
   bool is_far = false;                // whether that was sought far from where they stand

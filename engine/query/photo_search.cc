@@ -102,7 +102,7 @@ class Candidates final {
   Candidates(const PhotoSearch& search, uint32_t next_image)
       : images_(search.images), next_(search.after.value + 1), end_(next_image) {
     std::ranges::sort(images_);
-    images_.erase(std::ranges::unique(images_).begin(), images_.end());
+    images_.erase(std::unique(images_.begin(), images_.end()), images_.end());
   }
 
   // Not valid() after the last one.

@@ -90,7 +90,7 @@ Result<std::vector<KeyedVertex>> SortByCell(const CellKeys& keys,
     if (mesh.colors.size() != mesh.positions.size())
       return Status::InvalidArgument("a tile's surface has no colours");
     for (uint32_t v = 0; v < mesh.positions.size(); ++v) {
-      KeyedVertex& keyed = vertices.emplace_back(0, child, v);
+      KeyedVertex& keyed = vertices.emplace_back(KeyedVertex{0, child, v});
       if (!keys.Find(mesh.positions[v], &keyed.key))
         return Status::InvalidArgument("vertex " + std::to_string(v) +
                                        " of a tile lies far outside of it");
@@ -109,13 +109,12 @@ std::vector<std::array<uint32_t, 3>> JoinedTriangles(
     for (const auto& [a, b, c] : children[child]->triangles) {
       std::array<uint32_t, 3> joined = {number[child][a], number[child][b], number[child][c]};
       if (joined[0] == joined[1] || joined[1] == joined[2] || joined[2] == joined[0]) continue;
-      std::ranges::rotate(joined, std::ranges::min_element(joined));
+      std::rotate(joined.begin(), std::ranges::min_element(joined), joined.end());
       triangles.push_back(joined);
     }
   }
   std::ranges::sort(triangles);
-  const auto repeated = std::ranges::unique(triangles);
-  triangles.erase(repeated.begin(), repeated.end());
+  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
   return triangles;
 }
 
