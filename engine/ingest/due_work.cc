@@ -77,6 +77,12 @@ bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
   return is_parted && record.image_count > schedule.whole_again_images_max;
 }
 
+bool KeepsBorders(const ReconstructionRecord& record, bool is_parted,
+                  const AdjustmentSchedule& schedule) {
+  return is_parted &&
+         record.image_count * (1 + schedule.whole_again_share) > schedule.whole_again_images_max;
+}
+
 Result<std::optional<DueStep>> FindDueStep(const Snapshot& snapshot,
                                            const AdjustmentSchedule& schedule,
                                            const Retrieval& retrieval,

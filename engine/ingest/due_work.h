@@ -52,6 +52,11 @@ bool IsAdjustmentDue(const ReconstructionRecord& record, bool is_parted,
 bool IsRelaxed(const ReconstructionRecord& record, bool is_parted,
                const AdjustmentSchedule& schedule);
 
+// Whether adjustments leave borders of its submaps (submap_borders.h): since that of the whole
+// which may be the last one before it is relaxed.
+bool KeepsBorders(const ReconstructionRecord& record, bool is_parted,
+                  const AdjustmentSchedule& schedule);
+
 // The next step that is due, or none: photos to be tried again come first, oldest first (R16); then
 // the adjustment of reconstructions, in ascending ids, the whole or its submaps (R18); then new
 // judgments of merges, in ascending ids; then looks for the place of reconstructions on the earth;

@@ -4,12 +4,14 @@
 #include <algorithm>
 
 #include "engine/ingest/change_writer.h"
+#include "engine/ingest/due_work.h"
 #include "engine/ingest/healing_writer.h"
 #include "engine/ingest/hypotheses.h"
 #include "engine/ingest/lens_refinement.h"
 #include "engine/ingest/photo_placement.h"
 #include "engine/ingest/placement_writer.h"
 #include "engine/ingest/reconstruction_adjustment.h"
+#include "engine/ingest/submap_borders.h"
 #include "engine/ingest/submaps.h"
 #include "engine/journal/journal.h"
 #include "storage/base/content_hash.h"
@@ -111,6 +113,13 @@ Result<AdjustedWhole> WriteAdjustedWhole(const IngestParts& parts, Reconstructio
   VEDUTA_RETURN_IF_ERROR(submaps.Follow(*parts.map, *scope.base));
   submaps.NoteAdjusted(reconstruction);
   submaps.Write(transaction);
+  if (KeepsBorders(record, submaps.IsParted(reconstruction), parts.options.schedule)) {
+    MapLoader loader(scope.base, parts.features, parts.map, parts.pool);
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<SubmapBorder> borders,
+                            FindBorders({&loader, parts.map, parts.pool, parts.options.mapper},
+                                        submaps, reconstruction, healing));
+    for (const SubmapBorder& border : borders) transaction->PutSubmapBorder(border);
+  }
   VEDUTA_RETURN_IF_ERROR(writer.Postpone(healing));
   if (!healing.parts.empty()) {
     VEDUTA_RETURN_IF_ERROR(writer.ShareSeams(healing));

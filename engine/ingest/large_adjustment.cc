@@ -39,9 +39,8 @@ Status LargeAdjustment::Compute() {
       found_.images.insert(images.begin(), images.end());
     }
     VEDUTA_RETURN_IF_ERROR(NoteForbidden(*base, &found_));
-    VEDUTA_ASSIGN_OR_RETURN(
-        relaxation_,
-        FindRelaxation(*base, reconstruction_, parts_.options.mapper.doubt, parts_.pool));
+    VEDUTA_ASSIGN_OR_RETURN(relaxation_, FindRelaxation(*base, reconstruction_,
+                                                        parts_.options.mapper.doubt, parts_.pool));
     return Status::Ok();
   }
   MapLoader loader(base, parts_.features, &found_.map, parts_.pool);

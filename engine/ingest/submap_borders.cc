@@ -181,4 +181,29 @@ Result<SubmapBorder> FindBorder(const MappingContext& context, const Submaps& su
   return border;
 }
 
+Result<std::vector<SubmapBorder>> FindBorders(const MappingContext& context, const Submaps& submaps,
+                                              ReconstructionId reconstruction,
+                                              const Healing& healing) {
+  const std::vector<SubmapId> ids = submaps.List(reconstruction);
+  // What concerns each submap, for a look through all of it would take the square of the city.
+  std::map<SubmapId, Healing> of_submap;
+  for (const SubmapId id : ids) of_submap[id].agreeing = healing.agreeing;
+  for (const PairEvidence& pair : healing.evidence) {
+    const SubmapRecord *const a = submaps.FindOf(pair.a), *const b = submaps.FindOf(pair.b);
+    if (a != nullptr && of_submap.contains(a->id)) of_submap[a->id].evidence.push_back(pair);
+    if (b != nullptr && b != a && of_submap.contains(b->id))
+      of_submap[b->id].evidence.push_back(pair);
+  }
+  std::vector<Result<SubmapBorder>> found(ids.size(), SubmapBorder());
+  context.pool->ParallelFor(ids.size(), [&](size_t i) {
+    found[i] = FindBorder(context, submaps, ids[i], of_submap.at(ids[i]));
+  });
+  std::vector<SubmapBorder> borders;
+  for (Result<SubmapBorder>& border : found) {
+    VEDUTA_RETURN_IF_ERROR(border.status());
+    borders.push_back(*std::move(border));
+  }
+  return borders;
+}
+
 }  // namespace veduta

@@ -4,6 +4,8 @@
 // (relaxation_steps.h): places that both see, and what speaks for and against their belonging
 // together.
 
+#include <vector>
+
 #include "engine/ingest/doubt.h"
 #include "engine/ingest/mapping_context.h"
 #include "engine/ingest/submaps.h"
@@ -19,5 +21,11 @@ namespace veduta {
 // O(the region and its pairs).
 Result<SubmapBorder> FindBorder(const MappingContext& context, const Submaps& submaps, SubmapId id,
                                 const Healing& healing);
+
+// The borders of all submaps of a reconstruction that has just been adjusted and healed as a whole
+// and is in the map, in ascending ids. Deterministic at any number of threads; O(its pairs).
+Result<std::vector<SubmapBorder>> FindBorders(const MappingContext& context, const Submaps& submaps,
+                                              ReconstructionId reconstruction,
+                                              const Healing& healing);
 
 }  // namespace veduta

@@ -66,8 +66,8 @@ Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope,
   const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord whole,
                           scope.base->GetReconstruction(reconstruction));
-  const bool is_relaxed = IsRelaxed(whole, true, parts.options.schedule);
-  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, group.images, is_relaxed));
+  const bool keeps_borders = KeepsBorders(whole, true, parts.options.schedule);
+  VEDUTA_ASSIGN_OR_RETURN(const Region region, LoadRegion(context, group.images, keeps_borders));
   VEDUTA_ASSIGN_OR_RETURN(const Healing healing, AdjustRegion(context, region));
   VEDUTA_RETURN_IF_ERROR(WriteRegion(parts, scope, whole, region, healing, writer, submaps));
   for (const SubmapId id : group.submaps) {
@@ -76,7 +76,7 @@ Status AdjustAndWrite(const IngestParts& parts, const WriteScope& scope,
     // One that is too small stays due: its own step joins it to another.
     const bool is_too_small = submap->images.size() < parts.options.schedule.submap_images_min;
     if (id == group.submaps.front() || !is_too_small) submaps->NoteAdjusted(id);
-    if (!is_relaxed) continue;
+    if (!keeps_borders) continue;
     VEDUTA_ASSIGN_OR_RETURN(const SubmapBorder border, FindBorder(context, *submaps, id, healing));
     scope.transaction->PutSubmapBorder(border);
   }

@@ -183,13 +183,43 @@ TEST(RelaxationSteps, SubmapsThatFitStay) {
   ExpectSound(scene);
 }
 
-TEST(RelaxationSteps, AnAdjustmentOfTheWholeLeavesNoMotionAndNoBorder) {
+// Without borders all submaps would be due when it comes to be relaxed.
+TEST(RelaxationSteps, TheLastAdjustmentOfTheWholeLeavesBorders) {
+  for (const uint32_t images_max : {12u, 15u}) {
+    std::string digest;
+    for (const size_t thread_count : {1, 2}) {
+      SceneDatabase scene(kArc, thread_count);
+      AddArc(&scene);
+      Worker worker(&scene);
+      worker.options.schedule.whole_again_images_max = images_max;
+      Ingest ingest(scene.database(), &worker.retrieval, scene.features(), scene.pool(),
+                    worker.options);
+      const auto step = ingest.RunNextStep();
+      ASSERT_TRUE(step.has_value());
+      ASSERT_OK(step->status);
+      for (const SubmapRecord& submap : worker.Submaps()) {
+        const auto border = scene.Snap()->FindSubmapBorder(submap.id);
+        ASSERT_OK(border);
+        ASSERT_EQ(border->has_value(), images_max == 12);
+        if (images_max != 12) continue;
+        EXPECT_GE((*border)->views.size(), 160u);
+        EXPECT_EQ((*border)->fragments.size(), submap.images.size());
+        EXPECT_FALSE((*border)->evidence.empty());
+      }
+      ExpectSound(scene);
+      if (digest.empty()) digest = DigestHex(scene);
+      EXPECT_EQ(DigestHex(scene), digest);
+    }
+  }
+}
+
+TEST(RelaxationSteps, AnAdjustmentOfTheWholeLeavesNoMotionAndNoOldBorder) {
   SceneDatabase scene(kArc);
   AddArc(&scene);
   StoreBorders(&scene);
   SetDrift(&scene);
   Worker worker(&scene);
-  worker.options.schedule.whole_again_images_max = 12;
+  worker.options.schedule.whole_again_images_max = 15;
   Ingest ingest(scene.database(), &worker.retrieval, scene.features(), scene.pool(),
                 worker.options);
   for (const bool is_motion : {true, false}) {
