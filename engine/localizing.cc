@@ -68,7 +68,8 @@ Result<std::vector<ImageId>> NearOf(const Snapshot& snapshot, const LocalizeRequ
 
 void PutOnEarth(const Snapshot& snapshot, LocalizedPhoto* photo) {
   if (!photo->cam_from_world) return;
-  auto on_earth = EarthPoseIn(snapshot, photo->reconstruction, *photo->cam_from_world);
+  auto on_earth =
+      EarthPoseIn(snapshot, photo->reconstruction, *photo->cam_from_world, photo->uncertainty);
   if (on_earth.ok()) {
     photo->on_earth = std::move(*on_earth);
   } else {

@@ -13,9 +13,10 @@
 namespace veduta {
 namespace {
 
-using Matrix7 = Eigen::Matrix<double, 7, 7>;
-using Vector7 = Eigen::Matrix<double, 7, 1>;
-using Jacobian = Eigen::Matrix<double, 3, 7>;
+// What is fitted: (log scale, omega, d) as in EarthPlace, and by how much open heights are off.
+using Vector8 = Eigen::Matrix<double, 8, 1>;
+using Matrix8 = Eigen::Matrix<double, 8, 8>;
+using Jacobian = Eigen::Matrix<double, 3, 8>;
 
 // An error of so many standard deviations, over the three axes, has half of its weight, and one
 // beyond the second agrees with nothing. Chosen by hand: 97 and 99.3 of 100 errors are below.
@@ -28,6 +29,14 @@ constexpr double kStepMin = 1e-10;
 // As if so many more errors had been as large as they say, so that three anchors that happen to
 // agree well or badly do not decide how exact the fit is.
 constexpr double kPriorErrors = 4;
+// Standard deviation of open heights, metres: the sea lies so far from the ellipsoid, over the
+// earth.
+constexpr double kOpenHeightDeviation = 30,
+                 kOpenHeightInformation = 1 / (kOpenHeightDeviation * kOpenHeightDeviation);
+// Deviations above this tell nothing of the common error of a group, metres.
+constexpr double kToldDeviationMax = 300;
+// The median of a squared standard normal error.
+constexpr double kMedianSquare = 0.4549;
 
 Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
@@ -43,23 +52,33 @@ double SquaredError(const EarthAnchor& anchor, const Eigen::Vector3d& error) {
   return InformationOf(anchor).dot(error.cwiseProduct(error));
 }
 
-// How the places of points change with (log scale, omega, d).
-Jacobian JacobianAt(const Eigen::Vector3d& from_pivot) {
+// Of what is left without the common error of its group, whose the other half of the variance is.
+double OwnInformationTimes(const EarthAnchor& anchor) {
+  return anchor.group == 0 ? 1 : 2;
+}
+
+double SquaredOwnError(const EarthAnchor& anchor, const Eigen::Vector3d& error) {
+  return OwnInformationTimes(anchor) * SquaredError(anchor, error);
+}
+
+// How what is told of points changes with what is fitted.
+Jacobian JacobianAt(const Eigen::Vector3d& from_pivot, bool has_open_height) {
   Jacobian j;
   j.col(0) = from_pivot;
   j.middleCols<3>(1) = -Cross(from_pivot);
-  j.rightCols<3>() = Eigen::Matrix3d::Identity();
+  j.middleCols<3>(4) = Eigen::Matrix3d::Identity();
+  j.col(7) = Eigen::Vector3d(0, 0, has_open_height ? 1 : 0);
   return j;
 }
 
-Sim3 Moved(const Sim3& s, const Eigen::Vector3d& pivot, const Vector7& step) {
+Sim3 Moved(const Sim3& s, const Eigen::Vector3d& pivot, const Vector8& step) {
   const double scale = std::exp(step[0]);
   const Eigen::Vector3d omega = step.segment<3>(1);
   const double angle = omega.norm();
   const Eigen::Quaterniond turn = angle > 0
                                       ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, omega / angle))
                                       : Eigen::Quaterniond::Identity();
-  const Eigen::Vector3d d = step.tail<3>();
+  const Eigen::Vector3d d = step.segment<3>(4);
   return {s.scale * scale, (turn * s.rotation).normalized(),
           pivot + scale * (turn * (s.translation - pivot)) + d};
 }
@@ -76,16 +95,18 @@ struct Misfit {
   }
 };
 
-// What is fitted, and the common errors of groups.
+// The similarity is fitted together with the errors that anchors have in common.
 class Fitter {
  public:
   Fitter(std::span<const EarthAnchor> anchors, const UpDirection& up) : anchors_(anchors), up_(up) {
     for (const EarthAnchor& anchor : anchors) {
       if (anchor.group == 0) continue;
       Group& group = groups_[anchor.group];
-      group.information_sum += InformationOf(anchor);
+      group.told += InformationOf(anchor);
       ++group.count;
     }
+    // Half of the mean variance is the common error's.
+    for (auto& [id, group] : groups_) group.told *= 2 / static_cast<double>(group.count);
   }
 
   // A first similarity of two anchors: level, by their distance and direction on the plan.
@@ -116,16 +137,15 @@ class Fitter {
     return sum;
   }
 
-  // Moves to the next minimum, from afar: errors are judged by their median first. The cost there,
-  // or nothing where the similarity is left open.
+  // Moves to the next minimum, from afar: errors are judged by their median first. Twice more where
+  // the groups turn out to be farther off than they say. The cost there, or nothing where the
+  // similarity is left open.
   std::optional<double> Refine(Sim3* s) {
-    double widening = std::max(1.0, MedianError(*s));
-    for (int round = 0; round < kRoundsMax; ++round) {
-      const auto step = Step(*s, widening);
-      if (!step) return std::nullopt;
-      *s = Moved(*s, pivot_, *step);
-      if (widening == 1 && step->norm() < kStepMin * (1 + pivot_.norm())) break;
-      if (round % 3 == 2) widening = std::max(1.0, widening / 2);
+    for (int pass = 0; pass < 3; ++pass) {
+      if (!Descend(s)) return std::nullopt;
+      const double variance = GroupVariance();
+      if (variance <= group_variance_) break;
+      group_variance_ = variance;
     }
     if (!(std::isfinite(s->scale) && s->scale > 0 && s->translation.allFinite()))
       return std::nullopt;
@@ -138,14 +158,15 @@ class Fitter {
     EarthFit fit;
     fit.enu_from_world = s;
     fit.pivot = pivot_;
-    const Eigen::LLT<Matrix7> solver(normal_);
+    const Eigen::LLT<Matrix8> solver(normal_);
     if (solver.info() != Eigen::Success) return std::nullopt;
     Misfit alone, in_groups;  // of anchors that err by themselves, and of the others
     for (const EarthAnchor& anchor : anchors_) {
       const Eigen::Vector3d error = anchor.enu_m - s * anchor.world;
-      const double squared = SquaredError(anchor, error - CommonErrorOf(anchor));
+      const double squared = SquaredOwnError(anchor, error - CommonErrorOf(anchor));
+      const double of_group = anchor.group == 0 ? 0 : SquaredErrorOf(groups_.at(anchor.group));
       fit.error_m.push_back(error);
-      fit.agrees.push_back(squared <= kAgreeing * kAgreeing);
+      fit.agrees.push_back(std::max(squared, of_group) <= kAgreeing * kAgreeing);
       Misfit& misfit = anchor.group == 0 ? alone : in_groups;
       const double weight = 1 / (1 + squared / (kHalfWeight * kHalfWeight));
       misfit.squares += weight * squared;
@@ -154,7 +175,7 @@ class Fitter {
     // Few surveyed points decide a fit beside many positions that are far less exact, so each kind
     // answers for itself.
     const double excess = std::max(alone.Excess(), in_groups.Excess());
-    fit.covariance = excess * solver.solve(Matrix7::Identity());
+    fit.covariance = excess * Matrix8(solver.solve(Matrix8::Identity())).topLeftCorner<7, 7>();
     if (!fit.covariance.allFinite()) return std::nullopt;
     constexpr double kDegrees = 180 / std::numbers::pi;
     const auto& c = fit.covariance;
@@ -167,17 +188,56 @@ class Fitter {
 
  private:
   struct Group {
-    Eigen::Vector3d information_sum = Eigen::Vector3d::Zero();
+    Eigen::Vector3d told = Eigen::Vector3d::Zero();  // information on its common error
     size_t count = 0;
     Eigen::Vector3d error = Eigen::Vector3d::Zero();  // common to its anchors
     // Of the current step.
     Eigen::Vector3d information, gradient;
-    Eigen::Matrix<double, 7, 3> mixed;
+    Eigen::Matrix<double, 8, 3> mixed;
   };
 
   Eigen::Vector3d CommonErrorOf(const EarthAnchor& anchor) const {
-    return anchor.group == 0 ? Eigen::Vector3d(Eigen::Vector3d::Zero())
-                             : groups_.at(anchor.group).error;
+    Eigen::Vector3d error = Eigen::Vector3d::Zero();
+    if (anchor.group != 0) error = groups_.at(anchor.group).error;
+    if (anchor.has_open_height) error.z() += open_height_;
+    return error;
+  }
+
+  // In standard deviations, as far as these turned out, squared.
+  double SquaredErrorOf(const Group& group) const {
+    return group.told.dot(group.error.cwiseProduct(group.error)) / group_variance_;
+  }
+
+  // By how much the variance of the groups' common errors is larger than they say; 1 where it is
+  // not. By their median along all axes, for one that is far off says nothing of the others. The
+  // similarity takes what they have in common, by three degrees of freedom.
+  double GroupVariance() const {
+    std::vector<double> squares;
+    for (const auto& [id, group] : groups_) {
+      for (int axis = 0; axis < 3; ++axis) {
+        if (group.told[axis] * kToldDeviationMax * kToldDeviationMax < 1) continue;
+        squares.push_back(group.told[axis] * group.error[axis] * group.error[axis]);
+      }
+    }
+    if (squares.empty()) return 1;
+    const double freedom = std::max(0.0, static_cast<double>(squares.size()) - 3);
+    const auto middle = squares.begin() + static_cast<ptrdiff_t>(squares.size() / 2);
+    std::nth_element(squares.begin(), middle, squares.end());
+    const double sum = static_cast<double>(squares.size()) * *middle / kMedianSquare;
+    return std::max(1.0, (sum + 1) / (freedom + 1));
+  }
+
+  // To the next minimum; whether there is one.
+  bool Descend(Sim3* s) {
+    double widening = std::max(1.0, MedianError(*s));
+    for (int round = 0; round < kRoundsMax; ++round) {
+      const auto step = Step(*s, widening);
+      if (!step) return false;
+      *s = Moved(*s, pivot_, *step);
+      if (widening == 1 && step->norm() < kStepMin * (1 + pivot_.norm())) break;
+      if (round % 3 == 2) widening = std::max(1.0, widening / 2);
+    }
+    return true;
   }
 
   double MedianError(const Sim3& s) const {
@@ -201,21 +261,26 @@ class Fitter {
     double cost = kSquare * std::log1p(SquaredTilt(s) / kSquare);
     for (const EarthAnchor& anchor : anchors_) {
       const Eigen::Vector3d error = anchor.enu_m - s * anchor.world - CommonErrorOf(anchor);
-      cost += kSquare * std::log1p(SquaredError(anchor, error) / kSquare);
+      cost += kSquare * std::log1p(SquaredOwnError(anchor, error) / kSquare);
     }
-    return cost;
+    for (const auto& [id, group] : groups_) {
+      cost += kSquare * std::log1p(SquaredErrorOf(group) / kSquare) + 3 * std::log(group_variance_);
+    }
+    return cost + open_height_ * open_height_ * kOpenHeightInformation;
   }
 
   // One weighted Gauss-Newton step about the middle of the anchors; leaves its normal equations.
-  std::optional<Vector7> Step(const Sim3& s, double widening) {
+  std::optional<Vector8> Step(const Sim3& s, double widening) {
     pivot_.setZero();
     for (const EarthAnchor& anchor : anchors_) pivot_ += s * anchor.world;
     pivot_ /= static_cast<double>(anchors_.size());
     normal_.setZero();
     gradient_.setZero();
+    normal_(7, 7) = kOpenHeightInformation;
+    gradient_[7] = -open_height_ * kOpenHeightInformation;
     for (auto& [id, group] : groups_) {
-      // Half of the mean variance is the common error's.
-      group.information = 2 * group.information_sum / static_cast<double>(group.count);
+      const double weight = WeightOf(SquaredErrorOf(group), widening);
+      group.information = weight / group_variance_ * group.told;
       group.gradient = -group.information.cwiseProduct(group.error);
       group.mixed.setZero();
     }
@@ -226,15 +291,22 @@ class Fitter {
       normal_ -= group.mixed * inverse.asDiagonal() * group.mixed.transpose();
       gradient_ -= group.mixed * inverse.cwiseProduct(group.gradient);
     }
-    const Eigen::LLT<Matrix7> solver(normal_);
+    const Eigen::LLT<Matrix8> solver(normal_);
     if (solver.info() != Eigen::Success) return std::nullopt;
-    const Vector7 step = solver.solve(gradient_);
+    const Vector8 step = solver.solve(gradient_);
     if (!step.allFinite()) return std::nullopt;
     for (auto& [id, group] : groups_) {
       group.error += InverseOf(group.information)
                          .cwiseProduct(group.gradient - group.mixed.transpose() * step);
     }
+    open_height_ += step[7];
     return step;
+  }
+
+  // Of the robust loss, where an error has so many squared standard deviations.
+  static double WeightOf(double squared, double widening) {
+    const double half = kHalfWeight * widening;
+    return 1 / (1 + squared / (half * half));
   }
 
   static Eigen::Vector3d InverseOf(const Eigen::Vector3d& information) {
@@ -244,12 +316,11 @@ class Fitter {
   void AddAnchor(const EarthAnchor& anchor, const Sim3& s, double widening) {
     const Eigen::Vector3d place = s * anchor.world;
     const Eigen::Vector3d error = anchor.enu_m - place - CommonErrorOf(anchor);
-    const double half = kHalfWeight * widening;
-    const double weight = 1 / (1 + SquaredError(anchor, error) / (half * half));
-    const double share = anchor.group == 0 ? 1 : 2;  // the rest of the variance is the group's
-    const Eigen::Vector3d information = weight * share * InformationOf(anchor);
-    const Jacobian j = JacobianAt(place - pivot_);
-    const Eigen::Matrix<double, 7, 3> weighted = j.transpose() * information.asDiagonal();
+    const double weight = WeightOf(SquaredOwnError(anchor, error), widening);
+    const Eigen::Vector3d information =
+        weight * OwnInformationTimes(anchor) * InformationOf(anchor);
+    const Jacobian j = JacobianAt(place - pivot_, anchor.has_open_height);
+    const Eigen::Matrix<double, 8, 3> weighted = j.transpose() * information.asDiagonal();
     normal_ += weighted * j;
     gradient_ += weighted * error;
     if (anchor.group == 0) return;
@@ -261,9 +332,8 @@ class Fitter {
 
   void AddUp(const Sim3& s, double widening) {
     const Eigen::Matrix3d r = s.rotation.toRotationMatrix();
-    const double half = kHalfWeight * widening;
-    const double weight = 1 / (1 + SquaredTilt(s) / (half * half));
-    const Eigen::Matrix3d information = weight * r * up_.information * r.transpose();
+    const Eigen::Matrix3d information =
+        WeightOf(SquaredTilt(s), widening) * r * up_.information * r.transpose();
     const Eigen::Vector3d told = r * up_.up, error = Eigen::Vector3d::UnitZ() - told;
     const Eigen::Matrix3d j = -Cross(told);
     normal_.block<3, 3>(1, 1) += j.transpose() * information * j;
@@ -273,9 +343,11 @@ class Fitter {
   const std::span<const EarthAnchor> anchors_;
   const UpDirection up_;
   std::map<uint32_t, Group> groups_;
+  double group_variance_ = 1;  // over what the groups say
+  double open_height_ = 0;     // error of all open heights
   Eigen::Vector3d pivot_ = Eigen::Vector3d::Zero();
-  Matrix7 normal_;
-  Vector7 gradient_;
+  Matrix8 normal_;
+  Vector8 gradient_;
 };
 
 std::vector<std::pair<size_t, size_t>> PairsOf(size_t count) {

@@ -23,6 +23,8 @@ struct EarthAnchor {
   // Anchors of one group err together: half of their variance is the same error. The buildings of a
   // street throw GPS off to one side. 0: errs by itself.
   uint32_t group = 0;
+  // What its height is above is not told: the sea, or the ellipsoid. All such heights err together.
+  bool has_open_height = false;
 };
 
 struct EarthFit {
@@ -37,11 +39,12 @@ struct EarthFit {
   double position_deviation_m = 0;         // and of the pivot, all axes together
 };
 
-// Robust least squares (Cauchy) over the seven degrees of freedom and one common error for each
-// group, from the best of many pairs of anchors. Nothing where fewer than three anchors are given,
-// or where these and the directions leave the similarity open. The covariance counts what the
-// anchors' errors turn out to be, where that is more than they say. Deterministic.
-// O(anchors), for some hundred pairs.
+// Robust least squares (Cauchy, of anchors and of the common errors of groups) over the seven
+// degrees of freedom, one common error for each group, and one of all open heights; from the best
+// of many pairs of anchors. Nothing where fewer than three anchors are given, or where these and
+// the directions leave the similarity open. The covariance counts what the errors of anchors and of
+// groups turn out to be, where that is more than they say. An anchor of a group that is far off
+// does not agree. Deterministic. O(anchors), for some hundred pairs.
 std::optional<EarthFit> FitEarth(std::span<const EarthAnchor> anchors,
                                  std::span<const UpDirection> up);
 

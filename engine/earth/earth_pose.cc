@@ -65,6 +65,32 @@ EarthPose EarthPoseOf(const EarthPlace& place, uint32_t version, const Rigid3& c
   return pose;
 }
 
+void AddUncertainty(const EarthPlace& place, const PoseUncertainty& uncertainty, EarthPose* pose) {
+  Eigen::Matrix3d turn, center;  // covariances: in the camera's frame, in the world
+  for (size_t row = 0; row < 3; ++row) {
+    for (size_t column = 0; column < 3; ++column) {
+      turn(row, column) = uncertainty.covariance[row][column];
+      center(row, column) = uncertainty.covariance[3 + row][3 + column];
+    }
+  }
+  const double scale = place.enu_from_world.scale;
+  const Eigen::Matrix3d rotation = place.enu_from_world.rotation.toRotationMatrix();
+  const Eigen::Matrix3d there = scale * scale * rotation * center * rotation.transpose();
+  pose->horizontal_stddev_m =
+      std::hypot(pose->horizontal_stddev_m, std::sqrt(there(0, 0) + there(1, 1)));
+  pose->vertical_stddev_m = std::hypot(pose->vertical_stddev_m, std::sqrt(there(2, 2)));
+  const auto& [x, y, z, w] = pose->enu_from_cam_xyzw;
+  const Eigen::Matrix3d enu_from_cam = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
+  const Eigen::Vector3d forward = enu_from_cam.col(2);
+  const double level = std::hypot(forward.x(), forward.y());
+  if (!(level > 0)) return;  // straight up or down there is no heading
+  // How the heading changes with a turn about each axis of the camera.
+  const Eigen::Vector3d right(forward.y() / level, -forward.x() / level, 0);
+  const Eigen::Vector3d change = enu_from_cam.transpose() * forward.cross(right) / level;
+  pose->heading_stddev_deg =
+      std::hypot(pose->heading_stddev_deg, kDegrees * std::sqrt(change.dot(turn * change)));
+}
+
 EarthAnswer EarthAnswerOf(const Georeference& georeference) {
   EarthAnswer answer;
   answer.version = georeference.version;

@@ -19,10 +19,9 @@ namespace veduta {
 namespace {
 
 // What a phone between houses is good for, where it does not say: metres, one standard deviation.
-// Heights are worse, and it is not told what they are above: the sea, which lies up to 50 m from
-// the ellipsoid in Europe, or the ellipsoid. All chosen by hand; not measured.
+// Heights are worse. All chosen by hand; not measured.
 constexpr double kAccuracy = 8, kHeightShare = 3, kHeightDeviation = 15, kNoHeight = 1000;
-// A receiver that is better than this knows its height as well.
+// A receiver that is better than this knows its height as well, and what it is above.
 constexpr double kSurveyed = 1;
 // A place is published where the fit is as sure as this. Chosen by hand; not measured.
 constexpr double kHeadingDeviationDegMax = 20, kScaleDeviationMax = 0.25;
@@ -115,7 +114,8 @@ std::vector<EarthAnchor> AnchorsOf(const Told& told, const LocalFrame& frame, do
         {fix.center,
          frame.FromGeo({gps.latitude_deg, gps.longitude_deg, gps.height_m.value_or(0)}),
          {accuracy, accuracy, above},
-         fix.contributor});
+         fix.contributor,
+         accuracy > kSurveyed});
   }
   for (const SeenGroundPoint& seen : told.seen) {
     const GroundPoint& point = told.points[seen.point];

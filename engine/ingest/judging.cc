@@ -154,8 +154,8 @@ std::vector<ImageId> Union(const std::vector<ImageId>& a, const std::vector<Imag
   return both;
 }
 
-// Images that are weighed one by one: those at the seam, and with them those that are unsure, unless
-// these are a large place. A judgment would take minutes then, after nearly each photo.
+// Images that are weighed one by one: those at the seam, and with them those that are unsure,
+// unless these are a large place. A judgment would take minutes then, after nearly each photo.
 std::vector<ImageId> ToWeigh(const HypothesisRecord& seam, const std::vector<ImageId>& unsure) {
   constexpr size_t kUnsureMax = 64;  // as many as are compared at once (mixed_places.h)
   return unsure.size() <= kUnsureMax ? Union(seam.images, unsure) : seam.images;

@@ -22,11 +22,18 @@ Result<std::optional<EarthPose>> EarthPoseIn(const Snapshot& snapshot,
 
 Result<std::optional<EarthPose>> EarthPoseIn(const Snapshot& snapshot,
                                              ReconstructionId reconstruction,
-                                             const PlainPose& cam_from_world) {
+                                             const PlainPose& cam_from_world,
+                                             const std::optional<PoseUncertainty>& uncertainty) {
   const auto& [w, x, y, z] = cam_from_world.rotation_wxyz;
   const auto& [tx, ty, tz] = cam_from_world.translation;
-  return EarthPoseIn(snapshot, reconstruction,
-                     Rigid3{Eigen::Quaterniond(w, x, y, z), Eigen::Vector3d(tx, ty, tz)});
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
+                          snapshot.GetReconstruction(reconstruction));
+  const Georeference& georeference = record.georeference;
+  if (!georeference.place) return std::optional<EarthPose>();
+  EarthPose pose = EarthPoseOf(*georeference.place, georeference.version,
+                               Rigid3{Eigen::Quaterniond(w, x, y, z), Eigen::Vector3d(tx, ty, tz)});
+  if (uncertainty) AddUncertainty(*georeference.place, *uncertainty, &pose);
+  return std::optional(pose);
 }
 
 Result<GeoreferenceAnswer> GeoreferenceOf(const Snapshot& snapshot) {

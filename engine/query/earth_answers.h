@@ -15,10 +15,11 @@ namespace veduta {
 Result<std::optional<EarthPose>> EarthPoseIn(const Snapshot& snapshot,
                                              ReconstructionId reconstruction,
                                              const Rigid3& cam_from_world);
-// The same of a pose that was told.
+// The same of a pose that was told, with how sure that is, where it is known.
 Result<std::optional<EarthPose>> EarthPoseIn(const Snapshot& snapshot,
                                              ReconstructionId reconstruction,
-                                             const PlainPose& cam_from_world);
+                                             const PlainPose& cam_from_world,
+                                             const std::optional<PoseUncertainty>& uncertainty);
 
 // All living reconstructions and all surveyed points. O(reconstructions + sightings).
 Result<GeoreferenceAnswer> GeoreferenceOf(const Snapshot& snapshot);

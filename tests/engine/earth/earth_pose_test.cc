@@ -82,6 +82,30 @@ TEST(EarthPose, ErrsAsItsPlaceDoes) {
   EXPECT_NEAR(pose.heading_stddev_deg, 1, 1e-9);
 }
 
+// A camera at the pivot that looks to the east, level, in a reconstruction whose unit is 7.5 m.
+TEST(EarthPose, ErrsAsItsOwnPoseDoesToo) {
+  EarthPlace place = Place();
+  place.covariance = {};
+  const Rigid3 cam = CameraAt(place, place.origin, 90, 0, 0);
+  EarthPose pose = EarthPoseOf(place, 1, cam);
+  EXPECT_EQ(pose.horizontal_stddev_m, 0);
+  PoseUncertainty own;
+  // Of turns about the camera's axes, by one, two and three degrees; of the centre by 0.1 each way.
+  for (size_t i = 0; i < 3; ++i) {
+    own.covariance[i][i] = std::pow(Radians(1 + double(i)), 2);
+    own.covariance[3 + i][3 + i] = 0.01;
+  }
+  AddUncertainty(place, own, &pose);
+  EXPECT_NEAR(pose.heading_stddev_deg, 2, 1e-6) << "about the axis that points down";
+  const double metres = 0.1 * place.enu_from_world.scale;
+  EXPECT_NEAR(pose.horizontal_stddev_m, std::sqrt(2) * metres, 1e-9);
+  EXPECT_NEAR(pose.vertical_stddev_m, metres, 1e-9);
+  // Tilted down, turns about its axis of sight change the heading as well.
+  EarthPose tilted = EarthPoseOf(place, 1, CameraAt(place, place.origin, 90, -60, 0));
+  AddUncertainty(place, own, &tilted);
+  EXPECT_GT(tilted.heading_stddev_deg, 2);
+}
+
 TEST(EarthAnswer, TellsWhatIsKnown) {
   Georeference georeference;
   EXPECT_FALSE(EarthAnswerOf(georeference).is_known);
