@@ -396,11 +396,11 @@ std::optional<EarthFit> FitEarth(std::span<const EarthAnchor> anchors,
     }
     if (!first) continue;
     const std::optional<double> cost = fitter.Refine(&*first);
-    if (!cost || !(*cost < best_cost)) continue;
+    if (!cost || !(*cost + direction.doubt < best_cost)) continue;
     std::optional<EarthFit> fit = fitter.Finish(*first);
     if (!fit) continue;
     best = std::move(fit);
-    best_cost = *cost;
+    best_cost = *cost + direction.doubt;
   }
   return best;
 }

@@ -16,6 +16,8 @@ constexpr double kRollDeviation = 5 * kDegree, kPitchDeviation = 15 * kDegree;
 // Photos whose tilts count as independent.
 constexpr double kIndependentMax = 4;
 constexpr int kRounds = 10;
+// That level photos are all held upside down: one in some millions. Chosen by hand.
+constexpr double kUpsideDownDoubt = 30;
 
 // Cauchy's weight of an error in standard deviations: half at two.
 double WeightOf(double error) {
@@ -67,6 +69,8 @@ std::vector<UpDirection> FindUp(std::span<const Rigid3> cams_from_world) {
   std::vector<UpDirection> found;
   for (const Eigen::Vector3d& start : starts) {
     UpDirection up = Refine(cams_from_world, start);
+    const double held_up = held.dot(up.up) / static_cast<double>(cams_from_world.size());
+    if (held_up < 0) up.doubt = kUpsideDownDoubt * held_up * held_up;
     const bool is_new = std::ranges::none_of(
         found, [&](const UpDirection& other) { return other.up.dot(up.up) > 0.999; });
     if (is_new) found.push_back(std::move(up));

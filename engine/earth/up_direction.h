@@ -14,6 +14,9 @@ namespace veduta {
 struct UpDirection {
   Eigen::Vector3d up;           // unit vector in the reconstruction
   Eigen::Matrix3d information;  // of errors of `up`, per rad^2; singular along `up` itself
+  // What speaks against it beforehand, in squared standard deviations: that photos would be held
+  // upside down. Along a straight street the places do not tell the two apart.
+  double doubt = 0;
 };
 
 // The directions that may be up, the likeliest first: two where the photos look level, and where

@@ -198,6 +198,19 @@ TEST(FitEarth, APlanFlownOverIsNotUpsideDown) {
   EXPECT_LT(FarthestOff(fit->enu_from_world, walk), 5);
 }
 
+// Walked along a straight street, places do not tell up from down: cameras do.
+TEST(FitEarth, AStraightWalkIsNotUpsideDown) {
+  for (uint64_t seed = 1; seed <= 30; ++seed) {
+    Walk walk = MakeWalk(seed, 24, 0, 8, 1);
+    for (EarthAnchor& anchor : walk.anchors) anchor.has_open_height = true;
+    const auto fit = Fit(walk);
+    ASSERT_TRUE(fit);
+    const Eigen::Vector3d up =
+        fit->enu_from_world.rotation * (kTruth.rotation.conjugate() * Eigen::Vector3d::UnitZ());
+    EXPECT_GT(up.z(), 0.9) << seed;
+  }
+}
+
 TEST(FitEarth, TooLittleIsNothing) {
   const Walk walk = MakeWalk(6, 12, 20, 2, 0);
   const auto up = FindUp(walk.cams);

@@ -82,6 +82,17 @@ TEST(FindUp, OffersBothSidesWhereADroneLooksDown) {
   EXPECT_TRUE(std::ranges::any_of(found, is_down));
 }
 
+TEST(FindUp, DoubtsThatPeopleHoldCamerasUpsideDown) {
+  const auto found = FindUp(People(360, 15));
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].doubt, 0);
+  EXPECT_GT(found[1].doubt, 20);
+  std::vector<Rigid3> above;
+  for (int i = 0; i < 20; ++i)
+    above.push_back(Turned(HeldCamera({double(i), 0, 30}, 18.0 * i, -90)));
+  for (const UpDirection& one : FindUp(above)) EXPECT_LT(one.doubt, 0.1);
+}
+
 TEST(FindUp, KnowsNothingWithoutCameras) {
   EXPECT_TRUE(FindUp({}).empty());
 }
