@@ -13,6 +13,7 @@
 
 #include "engine/alike_photos.h"
 #include "engine/journal/camera_entry.h"
+#include "engine/photo/camera_group.h"
 #include "engine/scene_calibration.h"
 #include "engine/unnamed_camera.h"
 #include "storage/model/awaited_photos.h"
@@ -54,12 +55,19 @@ ContentHash ListOf(std::span<const PhotoFacts> facts) {
   return hasher.Finish();
 }
 
+// Whether two photos say the same focal length, or one of them says none. Some phones write a digital
+// zoom into the 35 mm equivalent alone.
+bool IsToldAlike(double a_share, double b_share) {
+  if (a_share == 0 || b_share == 0) return true;
+  return std::max(a_share, b_share) <= kToldTimesMax * std::min(a_share, b_share);
+}
+
 // By what the photos say of themselves, otherwise by their size and their 35 mm equivalent: who
 // sends photos together that tell nothing has mostly taken them with one camera. In the order of
 // their first photos. A photo whose camera is known already, or that cannot be read, is in none.
 Result<std::vector<Group>> GroupPhotos(EngineParts* parts, std::span<const PhotoFacts> facts) {
   std::vector<Group> groups;
-  std::map<std::string, size_t> index;
+  std::map<std::string, std::vector<size_t>> index;
   for (size_t i = 0; i < facts.size(); ++i) {
     if (facts[i].shape.empty()) continue;
     VEDUTA_ASSIGN_OR_RETURN(const auto known, FindUnnamedCamera(parts, facts[i]));
@@ -68,9 +76,15 @@ Result<std::vector<Group>> GroupPhotos(EngineParts* parts, std::span<const Photo
     std::string key = facts[i].camera_group + "\n" + facts[i].shape;
     // Who does not name the camera may tell all the same that there are several.
     if (facts[i].camera_group.empty()) key += "\n" + std::to_string(focal_share);
-    const auto [at, is_new] = index.try_emplace(key, groups.size());
-    if (is_new) groups.push_back({facts[i].camera_group, focal_share, {}});
-    groups[at->second].photos.push_back(i);
+    std::vector<size_t>& of_key = index[key];
+    const auto at = std::ranges::find_if(
+        of_key, [&](size_t group) { return IsToldAlike(groups[group].focal_share, focal_share); });
+    const size_t group = at != of_key.end() ? *at : groups.size();
+    if (at == of_key.end()) {
+      of_key.push_back(group);
+      groups.push_back({facts[i].camera_group, focal_share, {}});
+    }
+    groups[group].photos.push_back(i);
   }
   return groups;
 }

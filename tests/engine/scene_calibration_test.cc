@@ -149,6 +149,25 @@ TEST(FirstCameras, PhotosThatSayTheSameAreOneGroup) {
   EXPECT_TRUE(photos.back().camera.empty());
 }
 
+// Some phones write a digital zoom into the 35 mm equivalent alone.
+TEST(FirstCameras, ZoomsThatOnlyTheEquivalentTellsAreOtherCameras) {
+  City city;
+  std::vector<PhotoSubmission> photos = WithoutCamera(Around(14));
+  for (const Stand& stand : Walk(30, 0.8, 3)) photos.push_back(WithoutCamera({stand}).front());
+  for (size_t i = 0; i < photos.size(); ++i) {
+    ExifCamera phone{"Maker", "Phone", "", 5.5};
+    phone.focal_35mm = i < 14 ? 30 : 60;
+    photos[i].photo.bytes = testing::WithExif(*photos[i].photo.bytes, testing::ExifOf(phone));
+  }
+  const auto cameras = city.engine().CalibrateFirst(photos);
+  ASSERT_OK(cameras);
+  ASSERT_FALSE(cameras->empty());
+  EXPECT_EQ(cameras->front().name, "Maker Phone, 5.5 mm, 512x384") << cameras->front().why_not;
+  EXPECT_EQ(cameras->front().photos, 14u);
+  for (size_t i = 0; i < photos.size(); ++i)
+    EXPECT_EQ(photos[i].camera, i < 14 ? cameras->front().name : "") << i;
+}
+
 // Adds the photos until so many are stored.
 void AddSome(City* city, const std::vector<PhotoSubmission>& photos, size_t count) {
   std::stop_source stop;
