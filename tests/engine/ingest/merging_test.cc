@@ -59,6 +59,23 @@ TEST(Merging, TheLargerKeepsItsFrame) {
   EXPECT_GE(joined, 20u);
 }
 
+// The photo joins three: it is not the one of the lowest number that decides whose frame stays.
+TEST(Merging, TheLargestOfThreeKeepsItsFrame) {
+  SceneDatabase scene({.camera_count = 9});
+  scene.AddImages(0, 9);
+  const ReconstructionId middle = scene.AddReconstruction({6, 7, 8}, AnotherFrame());
+  const ReconstructionId large = scene.AddReconstruction({0, 1, 2, 3});
+  const ReconstructionId small = scene.AddReconstruction({4, 5}, AnotherFrame());
+  SceneWork work(&scene);
+  const MergeOutcome merged = Merge(&scene, &work, small, {ImageId(5), ImageId(6)});
+  EXPECT_EQ(merged.into, large);
+  ASSERT_EQ(merged.merges.size(), 2u);
+  EXPECT_EQ(merged.merges[0].from, small);
+  EXPECT_EQ(merged.merges[1].from, middle);
+  EXPECT_EQ(work.map.image(ImageId(1)).cam_from_world.translation,
+            scene.scene().poses[0].translation);
+}
+
 // That the two are one, by a seam that is judged with each photo.
 HypothesisRecord SmallHypothesis(ReconstructionId a, ReconstructionId b) {
   HypothesisRecord hypothesis;
