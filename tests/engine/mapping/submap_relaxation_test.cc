@@ -115,6 +115,8 @@ TEST(SubmapRelaxation, WhatNothingTiesStays) {
   EXPECT_TRUE(relaxed->is_significant);
   EXPECT_EQ(relaxed->new_from_old.back().translation, Eigen::Vector3d::Zero());
   EXPECT_EQ(relaxed->change_px.back(), 0);
+  EXPECT_FALSE(relaxed->is_tied.back());
+  EXPECT_TRUE(relaxed->is_tied.front());
   EXPECT_LT(WorstCenter(ring, relaxed->new_from_old), 1e-5);
   RelaxationProblem none;
   none.centers.resize(3, Eigen::Vector3d::Zero());
@@ -122,6 +124,20 @@ TEST(SubmapRelaxation, WhatNothingTiesStays) {
   const auto nothing = RelaxSubmaps(none, {}, &pool);
   ASSERT_TRUE(nothing.ok());
   EXPECT_FALSE(nothing->is_significant);
+}
+
+// Its ties would have it three times as large.
+TEST(SubmapRelaxation, ASubmapOfAScaleThatCannotBeLeavesTheOthersTheirRelaxation) {
+  RingOptions options{.drift = 0.002};
+  options.torn = {{3, {1.0 / 3, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()}}};
+  const auto relaxed = Relax(MakeRing(options));
+  ASSERT_TRUE(relaxed.ok());
+  EXPECT_TRUE(relaxed->is_significant);
+  for (uint32_t s = 0; s < kSubmaps; ++s) {
+    EXPECT_EQ(relaxed->is_tied[s], s != 3) << s;
+    EXPECT_NEAR(relaxed->new_from_old[s].scale, 1, 0.05) << s;
+  }
+  EXPECT_LT(relaxed->cost, 0.1 * relaxed->initial_cost);
 }
 
 TEST(SubmapRelaxation, RepeatsBitForBitAndRefusesBadOptions) {
