@@ -3,6 +3,7 @@
 //   [--on-earth] [--with-hidden] [--json]
 #include "cli/command.h"
 #include "cli/wire/dense_json.h"
+#include "engine/door/turned_photos.h"
 
 namespace veduta {
 namespace {
@@ -42,6 +43,19 @@ Status WarnOfLenses(const Questions& ask) {
   return Status::Ok();
 }
 
+// COLMAP takes the pixels of a file as they are, whatever its EXIF says, and stops at a photo whose
+// sides are not those of its camera.
+Status WarnOfTurned(const Questions& ask) {
+  VEDUTA_ASSIGN_OR_RETURN(const TurnedPhotos turned, FindTurnedPhotos(ask));
+  if (turned.count == 0) return Status::Ok();
+  std::fprintf(stderr,
+               "veduta: warning: COLMAP does not turn photos as their EXIF asks, and the model has "
+               "%lu turned ones, the first of them '%s': to work with the pictures, export with "
+               "--format colmap-undistorted\n",
+               turned.count, Printable(turned.first).c_str());
+  return Status::Ok();
+}
+
 int Export(const ExportArguments& arguments) {
   if (const Status usage = arguments.request.Check(); !usage.ok()) return FailUsage(usage);
   const auto engine = OpenToRead(arguments.db);
@@ -51,6 +65,7 @@ int Export(const ExportArguments& arguments) {
   if (arguments.request.format == "colmap" || arguments.request.format == "colmap-binary") {
     const Status warned = WarnOfLenses((*engine)->Ask());
     if (!warned.ok()) return Fail(warned);
+    if (const Status told = WarnOfTurned((*engine)->Ask()); !told.ok()) return Fail(told);
   }
   for (const ExportedModel& model : *models) {
     if (arguments.json) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // veduta georeference DB [--gcp FILE] [--deviation M] [--forget] [--by WHO] [--json]
+#include <algorithm>
 #include <cmath>
 
 #include "cli/beside_daemon.h"
 #include "cli/command.h"
 #include "cli/wire/earth_json.h"
+#include "engine/door/ground_coordinates.h"
 
 namespace veduta {
 namespace {
@@ -43,6 +45,11 @@ void PrintEarth(const EarthAnswer& earth) {
       earth.tilt_stddev_deg, 100 * earth.scale_stddev_share);
 }
 
+// Two photos with poses in one reconstruction show it from different sides.
+bool IsSeen(const GroundPointAnswer& ground) {
+  return ground.error_px > 0;
+}
+
 void PrintGroundPoint(const GroundPointAnswer& ground) {
   const std::string name = Printable(ground.point.name);
   const auto& [east, north, up] = ground.error_m;
@@ -51,12 +58,59 @@ void PrintGroundPoint(const GroundPointAnswer& ground) {
         "point %s: in %zu photos of the city; off by %.3f m to the east, %.3f to the north, %.3f "
         "above; %.2f px",
         name.c_str(), ground.point.sightings.size(), east, north, up, ground.error_px);
-  } else {
-    PrintLine(
-        "point %s: in %zu photos of the city; no two with poses in a reconstruction whose place "
-        "is known show it from different sides",
-        name.c_str(), ground.point.sightings.size());
+    return;
   }
+  PrintLine("point %s: in %zu photos of the city; %s", name.c_str(), ground.point.sightings.size(),
+            IsSeen(ground)
+                ? "photos see it, but the place of their reconstruction is not known"
+                : "no two with poses in one reconstruction show it from different sides");
+}
+
+// PROJ says to some metres how exactly one datum is known in another; one metre is what surveyors
+// of Europe live with (ETRS89). Whoever calls the points less exact than that knows.
+void WarnOfDatum(const GroundCoordinates& coordinates, double deviation_m) {
+  constexpr double kUsualM = 1;
+  const auto& accuracy_m = coordinates.accuracy_m;
+  if (accuracy_m && *accuracy_m <= std::max(kUsualM, deviation_m)) return;
+  char text[64] = "how exactly, PROJ does not know";
+  if (accuracy_m) std::snprintf(text, sizeof(text), "which is exact to %.3g m", *accuracy_m);
+  std::fprintf(stderr,
+               "veduta: warning: coordinates in %s are brought to WGS 84 by \"%s\", %s: the place "
+               "may be off by as much as a whole; distances are not\n",
+               Printable(coordinates.name).c_str(), Printable(coordinates.operation).c_str(), text);
+}
+
+Json CoordinatesJson(const GroundCoordinates& coordinates) {
+  const auto& accuracy_m = coordinates.accuracy_m;
+  return {{"name", coordinates.name},
+          {"operation", coordinates.operation},
+          {"accuracy_m", accuracy_m ? Json(*accuracy_m) : Json(nullptr)}};
+}
+
+// Of the file that was taken in; none of a pipe, which can be read once only.
+std::optional<GroundCoordinates> CoordinatesOf(const GeoreferenceRequest& request) {
+  if (request.ground_points_path.empty()) return std::nullopt;
+  Result<GroundCoordinates> read = ReadGroundCoordinates(request.ground_points_path);
+  if (!read.ok()) return std::nullopt;
+  return std::move(*read);
+}
+
+// Where surveyed points were read and no reconstruction has a place after that: what to look at.
+void TellWhyNowhere(const std::vector<GroundPointAnswer>& points) {
+  constexpr long kPointsMin = 3;  // that must agree before a place is published
+  const long seen = std::ranges::count_if(points, IsSeen);
+  if (seen < kPointsMin) {
+    std::fprintf(stderr,
+                 "veduta: no reconstruction has a place on the earth: %ld surveyed points are seen "
+                 "from different sides by photos with poses, and 3 are needed\n",
+                 seen);
+    return;
+  }
+  std::fprintf(stderr,
+               "veduta: no reconstruction has a place on the earth, for the surveyed points do not "
+               "agree with where photos see them: check that east comes before north (longitude "
+               "before latitude), that the unit is that of the coordinates, that the first line "
+               "names the right ones, and that the px are those of the photos upright\n");
 }
 
 // Of those that are seen, on the plan and in height.
@@ -104,10 +158,17 @@ int Georeference(const GeoreferenceArguments& arguments) {
         stderr, "veduta: %s\n",
         ("the city has no photo '" + Printable(photo) + "': its lines are left out").c_str());
   }
+  const auto coordinates = CoordinatesOf(arguments.request);
+  if (coordinates) WarnOfDatum(*coordinates, arguments.request.ground_deviation_m);
+  const bool is_nowhere = answer->points_read > 0 &&
+                          std::ranges::none_of(answer->reconstructions, &EarthAnswer::is_known);
+  if (is_nowhere) TellWhyNowhere(answer->ground_points);
   // The file says what the city cannot be told: what else it says is taken in.
-  const int exit_code = answer->unknown_photos.empty() ? kDone : kNotDone;
+  const int exit_code = answer->unknown_photos.empty() && !is_nowhere ? kDone : kNotDone;
   if (arguments.json) {
-    PrintJson(ToJson(*answer));
+    Json json = ToJson(*answer);
+    json["coordinates"] = coordinates ? CoordinatesJson(*coordinates) : Json(nullptr);
+    PrintJson(json);
     return exit_code;
   }
   for (const EarthAnswer& earth : answer->reconstructions) PrintEarth(earth);

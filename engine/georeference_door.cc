@@ -28,18 +28,18 @@ std::string FileOf(const GeoreferenceRequest& request) {
 }
 
 // None where no file is given.
-Result<std::vector<GroundLine>> ReadLines(const GeoreferenceRequest& request) {
+Result<GroundFile> ReadFileOf(const GeoreferenceRequest& request) {
   std::string text;
   if (request.ground_points) {
     text = *request.ground_points;
   } else if (!request.ground_points_path.empty()) {
     VEDUTA_ASSIGN_OR_RETURN(text, ReadWholeFile(request.ground_points_path, kFileBytesMax));
   } else {
-    return std::vector<GroundLine>();
+    return GroundFile();
   }
-  Result<std::vector<GroundLine>> lines = ParseGroundPoints(text);
-  if (lines.ok()) return lines;
-  return Status(lines.status().code(), FileOf(request) + ": " + lines.status().message());
+  Result<GroundFile> file = ParseGroundPoints(text);
+  if (file.ok()) return file;
+  return Status(file.status().code(), FileOf(request) + ": " + file.status().message());
 }
 
 // Whether the place is in the photo, whichever way round it stands: the image may be as stored.
@@ -98,15 +98,23 @@ Status GeoreferenceRequest::Check() const {
   return OptionBounds().FiniteAbove("ground_deviation_m", ground_deviation_m, 0).status();
 }
 
+Result<GroundCoordinates> ReadGroundCoordinates(const std::string& path) {
+  GeoreferenceRequest request;
+  request.ground_points_path = path;
+  VEDUTA_ASSIGN_OR_RETURN(GroundFile file, ReadFileOf(request));
+  return std::move(file.coordinates);
+}
+
 Result<GeoreferenceAnswer> Engine::Georeference(const GeoreferenceRequest& request) {
   VEDUTA_RETURN_IF_ERROR(request.Check());
-  VEDUTA_ASSIGN_OR_RETURN(const std::vector<GroundLine> lines, ReadLines(request));
+  VEDUTA_ASSIGN_OR_RETURN(const GroundFile file, ReadFileOf(request));
   std::vector<std::string> unknown_photos;
   size_t read = 0;
   {
     Writer::Turn turn = parts_->writer->Take();
     WriteScope scope = BeginWrite(&turn.database());
-    VEDUTA_ASSIGN_OR_RETURN(auto points, PointsOf(request, lines, *scope.base, &unknown_photos));
+    VEDUTA_ASSIGN_OR_RETURN(auto points,
+                            PointsOf(request, file.lines, *scope.base, &unknown_photos));
     read = points.size();
     if (!request.forget_ground_points) {
       VEDUTA_ASSIGN_OR_RETURN(std::vector<GroundPoint> stored, scope.base->ListGroundPoints());

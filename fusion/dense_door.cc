@@ -134,16 +134,21 @@ Result<RenderReport> RenderFromPhoto(std::shared_ptr<const Snapshot> snapshot, T
 Result<ViewGeometry> SideView(const Snapshot& snapshot, ReconstructionId id,
                               const RenderRequest& request) {
   VEDUTA_ASSIGN_OR_RETURN(const Eigen::AlignedBox3d box, BoxOf(snapshot, id));
-  std::vector<ViewGeometry> cameras;
+  std::vector<Rigid3> upright_cams;
   Eigen::Vector3d forward = Eigen::Vector3d::Zero();
+  Status inner;
   VEDUTA_RETURN_IF_ERROR(snapshot.ScanPoses([&](const PoseRecord& pose) {
     if (pose.reconstruction != id) return true;
-    cameras.push_back({1, 1, {}, pose.cam_from_world});
+    const Result<ImageRecord> image = snapshot.GetImage(pose.image);
+    inner = image.status();
+    if (!inner.ok()) return false;
+    upright_cams.push_back(UprightCam(*image, pose.cam_from_world));
     forward += pose.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ();
     return true;
   }));
+  VEDUTA_RETURN_IF_ERROR(inner);
   const uint32_t width = request.side_px ? request.side_px : kPictureWidthPx;
-  VEDUTA_ASSIGN_OR_RETURN(const auto views, ThreeSides(box, MeanUp(cameras), forward, width,
+  VEDUTA_ASSIGN_OR_RETURN(const auto views, ThreeSides(box, MeanUp(upright_cams), forward, width,
                                                        width * kPictureHeightPx / kPictureWidthPx));
   return views[MeaningOf(request.side, kSides)];
 }

@@ -81,7 +81,7 @@ Json ToJson(const EarthAnswer& earth) {
 }
 
 Json ToJson(const GroundPointAnswer& ground) {
-  const bool is_seen = ground.reconstruction.valid();
+  const bool has_place = ground.reconstruction.valid(), is_seen = ground.error_px > 0;
   Json sightings = Json::array();
   for (const GroundSighting& sighting : ground.point.sightings)
     sightings.push_back(ToJson(sighting));
@@ -90,7 +90,7 @@ Json ToJson(const GroundPointAnswer& ground) {
   json["stddev_m"] = ground.point.deviation_m;
   json["sightings"] = std::move(sightings);
   json["reconstruction"] = veduta::ToJson(ground.reconstruction);
-  json["error_m"] = is_seen ? Json(ground.error_m) : Json(nullptr);
+  json["error_m"] = has_place ? Json(ground.error_m) : Json(nullptr);
   json["error_px"] = is_seen ? Json(ground.error_px) : Json(nullptr);
   return json;
 }

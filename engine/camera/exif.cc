@@ -2,6 +2,7 @@
 #include "engine/camera/exif.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -18,7 +19,7 @@ namespace veduta {
 namespace {
 
 constexpr size_t kTextSizeMax = 64;    // longer ones are no names
-constexpr double kNumberMax = 10'000;  // no lens has so many mm
+constexpr double kNumberMax = 10'000;  // no lens has so many mm, no fix is worth so many m
 const double kFilmDiagonalMm = std::hypot(36, 24);
 constexpr double kSensorMmMin = 1, kSensorMmMax = 100, kPixelsMax = 1e6;
 
@@ -145,7 +146,29 @@ ExifCamera CameraOf(const Exiv2::ExifData& data) {
   return camera;
 }
 
-std::optional<GpsFix> GpsOf(const Exiv2::ExifData& data) {
+// Whether positions are on WGS 84, or on a datum that lies within some metres of it all over the
+// land that it is of. Cameras write the name as they like. Tokyo's lies 400 m off, and Europe's of
+// 1950 100 m. A photo that names none is taken to mean WGS 84, which EXIF's own notes ask for.
+bool IsNearWgs84(const std::string& datum) {
+  constexpr std::array<std::string_view, 11> kNear = {
+      "WGS84",   "WGS1984", "ETRS89",   "NAD83",    "GDA94",     "GDA2020",
+      "JGD2000", "JGD2011", "CGCS2000", "NZGD2000", "SIRGAS2000"};
+  std::string name;
+  for (const char c : datum) {
+    if (c >= 'a' && c <= 'z') name += static_cast<char>(c - 'a' + 'A');
+    if ((c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9')) name += c;
+  }
+  return name.empty() || std::ranges::find(kNear, name) != kNear.end();
+}
+
+// A receiver that says so knows nothing.
+bool IsOffByMore(const Exiv2::ExifData& data, double error_m) {
+  const auto found = data.findKey(Exiv2::ExifKey("Exif.GPSInfo.GPSHPositioningError"));
+  return found != data.end() && found->count() > 0 && found->toFloat(0) > error_m;
+}
+
+// Whatever the datum is, and how far off the receiver says to be.
+std::optional<GpsFix> PositionOf(const Exiv2::ExifData& data) {
   if (TextOf(data, "Exif.GPSInfo.GPSStatus") == "V") return std::nullopt;
   const auto latitude = DegreesOf(data, "Exif.GPSInfo.GPSLatitude"),
              longitude = DegreesOf(data, "Exif.GPSInfo.GPSLongitude");
@@ -169,6 +192,12 @@ std::optional<GpsFix> GpsOf(const Exiv2::ExifData& data) {
   const double height_m = static_cast<double>(above) / below;
   if (height_m <= kNumberMax) fix.height_m = is_below ? -height_m : height_m;
   return fix;
+}
+
+std::optional<GpsFix> GpsOf(const Exiv2::ExifData& data) {
+  if (!IsNearWgs84(TextOf(data, "Exif.GPSInfo.GPSMapDatum"))) return std::nullopt;
+  if (IsOffByMore(data, kNumberMax)) return std::nullopt;
+  return PositionOf(data);
 }
 
 // The numbers of a text of this shape, where # is a digit; nothing for any other text.
@@ -300,6 +329,11 @@ ExifCamera ReadExifCamera(std::span<const uint8_t> exif) {
 
 std::optional<GpsFix> ReadExifGps(std::span<const uint8_t> exif) {
   return ReadExif(exif, std::optional<GpsFix>(), GpsOf);
+}
+
+bool HoldsExifGps(std::span<const uint8_t> exif, const GpsFix& fix) {
+  return ReadExif(exif, false,
+                  [&](const Exiv2::ExifData& data) { return PositionOf(data) == fix; });
 }
 
 std::optional<TakenTime> ReadExifTaken(std::span<const uint8_t> exif) {

@@ -32,9 +32,15 @@ struct ExifCamera {
 ExifCamera ReadExifCamera(std::span<const uint8_t> exif);
 
 // Where the photo says that it was taken; nothing where it does not say, or says nonsense, or says
-// that the receiver had lost its satellites. Latitude and longitude of 0, both, are what receivers
-// write that know nothing. Heights are as the camera has them, mostly above the sea. As above.
+// that the receiver had lost its satellites, was off by more than 10 km, or counted on another
+// datum than WGS 84 and its like (GPSMapDatum). Latitude and longitude of 0, both, are what
+// receivers write that know nothing. Heights are as the camera has them, mostly above the sea. As
+// above.
 std::optional<GpsFix> ReadExifGps(std::span<const uint8_t> exif);
+
+// Whether the photo says that it was taken there, to this program or to an earlier one, which took
+// positions on any datum, and accuracies of more than 10 km for none. As above.
+bool HoldsExifGps(std::span<const uint8_t> exif, const GpsFix& fix);
 
 // When the photo says that it was taken (DateTimeOriginal, and OffsetTimeOriginal where it is told
 // and makes sense); nothing where it does not say, or names a day that there is not. As above.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/query/earth_answers.h"
 
+#include <algorithm>
+#include <limits>
 #include <map>
 
 #include "engine/earth/earth_pose.h"
@@ -53,10 +55,12 @@ Result<GeoreferenceAnswer> GeoreferenceOf(const Snapshot& snapshot) {
   for (const SeenGroundPoint& one : seen) {
     const auto place = places.find(one.reconstruction);
     GroundPointAnswer& told = answer.ground_points[one.point];
-    // Of several reconstructions that show it and have a place, the first counts.
-    if (place == places.end() || told.reconstruction.valid()) continue;
+    // Of several reconstructions that show it, the first one that has a place counts, or else the
+    // first one.
+    if (told.reconstruction.valid() || (place == places.end() && told.error_px > 0)) continue;
+    told.error_px = std::max(one.error_px, std::numeric_limits<double>::min());
+    if (place == places.end()) continue;
     told.reconstruction = one.reconstruction;
-    told.error_px = one.error_px;
     const Eigen::Vector3d error = place->second.enu_from_world * one.world -
                                   LocalFrame(place->second.origin).FromGeo(told.point.position);
     told.error_m = {error.x(), error.y(), error.z()};

@@ -21,7 +21,9 @@ Result<std::optional<EarthPose>> EarthPoseIn(const Snapshot& snapshot,
                                              const PlainPose& cam_from_world,
                                              const std::optional<PoseUncertainty>& uncertainty);
 
-// All living reconstructions and all surveyed points. O(reconstructions + sightings).
+// All living reconstructions and all surveyed points. GroundPointAnswer::error_px is above 0 where
+// two photos of one reconstruction show the point from different sides, be the place of that known
+// or not, and 0 elsewhere. O(reconstructions + sightings).
 Result<GeoreferenceAnswer> GeoreferenceOf(const Snapshot& snapshot);
 
 }  // namespace veduta

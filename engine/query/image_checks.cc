@@ -206,7 +206,7 @@ Status CheckPhoto(const CheckedCity& city, const ImageRecord& image, std::string
           (image.orientation == header.orientation && is_as_stored),
       [&] { return NameOf(image.id) + ": the stored photo does not say that it is turned so"; });
   // One that was added before positions were read has none.
-  violations->Expect(!image.gps || image.gps == ReadExifGps(header.exif), [&] {
+  violations->Expect(!image.gps || HoldsExifGps(header.exif, *image.gps), [&] {
     return NameOf(image.id) + ": the stored photo does not say that it was taken there";
   });
   violations->Expect(!image.taken || image.taken == ReadExifTaken(header.exif), [&] {

@@ -16,11 +16,9 @@ class GltfExporter final : public Exporter {
                               const std::string& folder) override {
     VEDUTA_ASSIGN_OR_RETURN(const SurfaceModel model,
                             LoadSurfaceModel(snapshot_, record, request_.with_hidden));
-    std::vector<ViewGeometry> views;
-    for (const ExportedCamera& camera : model.cameras) views.push_back(camera.geometry);
     const bool is_on_earth = IsOnEarth(record, request_);
     const Eigen::Vector3d up =
-        is_on_earth ? Eigen::Vector3d(Eigen::Vector3d::UnitZ()) : MeanUp(views);
+        is_on_earth ? Eigen::Vector3d(Eigen::Vector3d::UnitZ()) : MeanUp(model.upright_cams);
     VEDUTA_ASSIGN_OR_RETURN(auto as_given, OpenGlb(folder + "/model.glb", {}, up));
     const auto writer = MoveModel(std::move(as_given), ModelFromWorld(record, request_));
     VEDUTA_RETURN_IF_ERROR(AddTiles(snapshot_, model.tiles, request_.error_max, writer.get()));

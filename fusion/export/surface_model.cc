@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/camera/orientation.h"
 #include "fusion/export/model_names.h"
 #include "fusion/export/told_scene.h"
 #include "fusion/pass/view_loader.h"
@@ -41,6 +42,12 @@ ExportedModel SurfaceModel::Counts(const std::string& folder, const ModelCounts&
   return {record.id, folder, cameras.size(), points.size(), written.vertices, written.triangles};
 }
 
+Rigid3 UprightCam(const ImageRecord& image, const Rigid3& cam_from_world) {
+  const Rigid3 upright_from_cam{Eigen::Quaterniond(UprightCamFromStoredCam(image.orientation)),
+                                Eigen::Vector3d::Zero()};
+  return upright_from_cam * cam_from_world;
+}
+
 bool HasSurface(const TileRecords& tiles) {
   return std::ranges::any_of(tiles,
                              [](const auto& tile) { return tile.second.triangle_count > 0; });
@@ -53,8 +60,10 @@ Result<SurfaceModel> LoadSurfaceModel(const Snapshot& snapshot, const Reconstruc
   model.record = record;
   VEDUTA_ASSIGN_OR_RETURN(model.points, LoadPoints(snapshot, record));
   const std::map<ImageId, std::string> names = ModelNames(scene);
-  for (const auto& [id, image] : scene.images)
+  for (const auto& [id, image] : scene.images) {
     model.cameras.push_back({names.at(id), ViewGeometryOf(image, 0)});
+    model.upright_cams.push_back(UprightCam(image.record, image.cam_from_world));
+  }
   VEDUTA_ASSIGN_OR_RETURN(model.tiles, LoadCurrentTiles(snapshot, record.id));
   return model;
 }

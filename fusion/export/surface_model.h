@@ -19,11 +19,15 @@ struct SurfaceModel {
   ReconstructionRecord record;
   std::vector<CloudPoint> points;
   std::vector<ExportedCamera> cameras;  // ascending images
+  std::vector<Rigid3> upright_cams;     // what they would be if their photos were stored upright
   TileRecords tiles;
 
   // Zeroes where there is no surface yet.
   ExportedModel Counts(const std::string& folder, const ModelCounts& written) const;
 };
+
+// The pose that the camera of the image would have if its photo were stored upright.
+Rigid3 UprightCam(const ImageRecord& image, const Rigid3& cam_from_world);
 
 // Some tile has triangles.
 bool HasSurface(const TileRecords& tiles);

@@ -161,13 +161,13 @@ Result<std::unique_ptr<ModelWriter>> OpenGlb(const std::string& path, const Mode
   return std::unique_ptr<ModelWriter>(std::make_unique<GlbWriter>(path, contents, up_in_world));
 }
 
-Eigen::Vector3d MeanUp(std::span<const ViewGeometry> views) {
+Eigen::Vector3d MeanUp(std::span<const Rigid3> upright_cams) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const ViewGeometry& view : views)
-    sum += view.cam_from_world.rotation.conjugate() * -Eigen::Vector3d::UnitY();
-  if (!sum.allFinite() || sum.norm() < 1e-3 * static_cast<double>(views.size()) || views.empty()) {
+  for (const Rigid3& cam_from_world : upright_cams)
+    sum += cam_from_world.rotation.conjugate() * -Eigen::Vector3d::UnitY();
+  const double norm_min = 1e-3 * static_cast<double>(upright_cams.size());
+  if (!sum.allFinite() || sum.norm() < norm_min || upright_cams.empty())
     return Eigen::Vector3d::UnitZ();
-  }
   return sum.normalized();
 }
 

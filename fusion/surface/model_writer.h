@@ -86,8 +86,8 @@ Result<std::unique_ptr<ModelWriter>> OpenGlb(const std::string& path, const Mode
 Status WriteCameras(const std::string& prefix, std::span<const ExportedCamera> cameras,
                     double depth);
 
-// The mean of the cameras' up directions (-y of the camera frame), unit; +z without cameras or
-// where they cancel out.
-Eigen::Vector3d MeanUp(std::span<const ViewGeometry> views);
+// The mean of the cameras' up directions, unit; +z without cameras or where they cancel out. The
+// cameras are those of upright photos, cam_from_world: -y of such a one is up in it.
+Eigen::Vector3d MeanUp(std::span<const Rigid3> upright_cams);
 
 }  // namespace veduta

@@ -46,7 +46,7 @@ def seen(name, point):
     return px if 0 <= px[0] <= 511 and 0 <= px[1] <= 383 else None
 
 
-def write_ground_points(path, names):
+def write_ground_points(path, names, is_swapped=False):
     with open(path, 'w', encoding='utf-8') as file:
         file.write('EPSG:4326\n')
         for number, point in enumerate([(8, 6, 3), (12, 6.5, 1), (16, 6, 5), (10, -6, 2)]):
@@ -54,11 +54,24 @@ def write_ground_points(path, names):
                 {'latitude': ORIGIN[0] + 1, 'longitude': ORIGIN[1], 'height': 0})[1]
             longitude = ORIGIN[1] + point[0] / metres(
                 {'latitude': ORIGIN[0], 'longitude': ORIGIN[1] + 1, 'height': 0})[0]
+            place = f'{longitude:.10f} {latitude:.10f}'
+            if is_swapped:
+                place = f'{latitude:.10f} {longitude:.10f}'
             for name in names:
                 px = seen(name, point)
                 if px:
-                    file.write(f'{longitude:.10f} {latitude:.10f} {ORIGIN[2] + point[2]} '
-                               f'{px[0]:.2f} {px[1]:.2f} {name} point{number}\n')
+                    file.write(f'{place} {ORIGIN[2] + point[2]} {px[0]:.2f} {px[1]:.2f} {name} '
+                               f'point{number} extra\n')
+
+
+def without_exif(path, to):
+    """The JPEG without its first segment, which is that of EXIF."""
+    with open(path, 'rb') as file:
+        jpeg = file.read()
+    at_exif = jpeg.index(b'\xff\xe1')
+    size, = struct.unpack('>H', jpeg[at_exif + 2:at_exif + 4])
+    with open(to, 'wb') as file:
+        file.write(jpeg[:at_exif] + jpeg[at_exif + 2 + size:])
 
 
 def off(place, name):
@@ -166,6 +179,52 @@ class Georeference(Case):
         self.assertEqual(answer['ground_points'], [])
         self.assertTrue(answer['reconstructions'][0]['known'])
 
+    def test_the_points_must_fit_where_nothing_else_tells_the_place(self):
+        os.mkdir(at('bare'))
+        names = self.names()[:12]
+        for name in names:
+            without_exif(at('gps', 'photos', name), at('bare', name))
+        db = new_database('nowhere')
+        code, _, err = add(db, at('bare'))
+        self.assertEqual(code, 0, err)
+        self.assertFalse(ask('georeference', db)['reconstructions'][0]['known'])
+        write_ground_points(at('few.txt'), names[:1])
+        code, out, err = run('georeference', db, '--gcp', at('few.txt'))
+        self.assertEqual(code, 1, out)
+        self.assertIn('0 surveyed points are seen from different sides', err)
+        self.assertIn('no two with poses', out)
+        must('georeference', db, '--forget')
+        # The axes in the wrong order. A mirror image of few points in one plane may fit after all,
+        # but a street that stands on its head does not.
+        write_ground_points(at('swapped.txt'), names, is_swapped=True)
+        code, out, err = run('georeference', db, '--gcp', at('swapped.txt'))
+        self.assertEqual(code, 1, out)
+        self.assertIn('east comes before north', err)
+        self.assertIn('the place of their reconstruction is not known', out)
+        self.assertNotIn('no two with poses', out)
+        told = ask('georeference', db)
+        self.assertTrue(any(point['error_px'] for point in told['ground_points']))
+        self.assertTrue(all(point['error_m'] is None for point in told['ground_points']))
+        self.assertIsNone(told['coordinates'], 'nothing was read')
+        write_ground_points(at('right.txt'), names)
+        code, out, err = run('georeference', db, '--gcp', at('right.txt'))
+        self.assertEqual((code, err), (0, ''), out)
+        self.assertTrue(ask('georeference', db)['reconstructions'][0]['known'])
+
+    def test_a_datum_that_is_known_to_metres_is_told(self):
+        db = self.copy('datum')
+        with open(at('datum.txt'), 'w', encoding='utf-8') as file:
+            file.write(f'EPSG:27700\n400000 300000 50 100 100 {self.names()[0]} far\n')
+        for options, is_told in (((), True), (('--deviation', '100'), False)):
+            code, out, err = run('georeference', db, '--gcp', at('datum.txt'), '--json', *options)
+            self.assertEqual(code, 0, err)
+            coordinates = json.loads(out)['coordinates']
+            self.assertEqual(coordinates['name'], 'EPSG:27700')
+            self.assertGreater(coordinates['accuracy_m'], 1)
+            self.assertIn('OSGB36 to WGS 84', coordinates['operation'])
+            self.assertEqual('coordinates in EPSG:27700 are brought to WGS 84 by "OSGB36 to WGS 84'
+                             in err, is_told, err)
+
     def test_surveyed_points_beside_a_daemon(self):
         beside, alone = self.copy('beside'), self.copy('alone')
         write_ground_points(at('beside.txt'), self.names()[:20])
@@ -178,10 +237,13 @@ class Georeference(Case):
                                      'surveyor', '--json')
                 self.assertEqual(code, 1, 'a line is left out')
                 self.assertIn("no photo 'none.jpg'", err)
+                self.assertNotIn('warning', err)
                 answers.append(json.loads(out))
             told = answers[0]
             self.assertEqual(told, answers[1])
             self.assertEqual(told['unknown_photos'], ['none.jpg'])
+            self.assertEqual((told['coordinates']['name'], told['coordinates']['accuracy_m']),
+                             ('EPSG:4326', 0))
             self.refused(1, __file__ + ': line 1', 'georeference', beside, '--gcp', __file__)
             self.assertEqual(daemon.ask('POST', '/v1/georeference')[0], 403)
             self.assertEqual(daemon.get('/v1/georeference')['ground_points'],

@@ -6,8 +6,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <filesystem>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -17,6 +20,11 @@
 
 namespace veduta {
 namespace {
+
+std::vector<uint8_t> FileBytesOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 class DenseDoorTest : public testing::Test {
  protected:
@@ -179,6 +187,30 @@ TEST_F(DenseDoorTest, DrawsFromOutsideAndFromAPhoto) {
   EXPECT_OK(Render()) << "the same photo by its number";
   render_.from = "nobody.jpg";
   EXPECT_EQ(Render().status().code(), StatusCode::kNotFound);
+}
+
+// Photos that a camera has as they lie in their files hang in the world the other way round.
+TEST_F(DenseDoorTest, FromOutsideUpIsThatOfThePhotosUpright) {
+  ASSERT_OK(Render());
+  const std::vector<uint8_t> upright = FileBytesOf(render_.path);
+  Database& database = *city_.parts().database;
+  const auto snapshot = database.GetSnapshot();
+  const auto transaction = database.BeginTransaction();
+  const Rigid3 half_turn{Eigen::Quaterniond(0, 0, 0, 1), Eigen::Vector3d::Zero()};
+  for (uint32_t id = 1; id <= 4; ++id) {
+    auto image = snapshot->GetImage(ImageId(id));
+    auto pose = snapshot->FindPose(ImageId(id));
+    ASSERT_OK(image);
+    ASSERT_OK(pose);
+    image->orientation = 3;  // the first row is at the bottom
+    (*pose)->cam_from_world = half_turn * (*pose)->cam_from_world;
+    transaction->PutImage(*image);
+    transaction->PutPose(**pose);
+  }
+  ASSERT_OK(transaction->Commit());
+  std::filesystem::remove(render_.path);
+  ASSERT_OK(Render());
+  EXPECT_EQ(FileBytesOf(render_.path), upright);
 }
 
 TEST_F(DenseDoorTest, RefusesByName) {

@@ -19,16 +19,18 @@ std::vector<std::string> Seeds() {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using veduta::fuzz::Expect;
   const std::string_view text = veduta::fuzz::Text(data, size);
-  const auto lines = veduta::ParseGroundPoints(text);
-  if (!lines.ok()) return 0;
-  Expect(lines->size() <= 1 + static_cast<size_t>(std::count(text.begin(), text.end(), '\n')),
+  const auto file = veduta::ParseGroundPoints(text);
+  if (!file.ok()) return 0;
+  Expect(file->lines.size() <= 1 + static_cast<size_t>(std::count(text.begin(), text.end(), '\n')),
          "a line names one point at most");
-  for (const veduta::GroundLine& line : *lines) {
+  for (const veduta::GroundLine& line : file->lines) {
     Expect(std::abs(line.position.latitude_deg) <= 90 &&
                std::abs(line.position.longitude_deg) <= 180 &&
                std::isfinite(line.position.height_m),
            "a point that is read lies on the earth");
     Expect(!line.point.empty() && !line.photo.empty(), "a point and its photo have names");
   }
+  Expect(!file->coordinates.name.empty() && file->coordinates.accuracy_m.value_or(0) >= 0,
+         "what the coordinates are is told");
   return 0;
 }

@@ -118,6 +118,9 @@ TEST(EarthJson, Georeference) {
       R"({"name":"corner","latitude":47.5,"longitude":15.25,"height":350.0,"stddev_m":0.5,)"
       R"("sightings":[{"id":3,"x":1.5,"y":2.5}],"reconstruction":)";
   EXPECT_EQ(JsonLine(ToJson(ground)), surveyed + R"(null,"error_m":null,"error_px":null})");
+  ground.error_px = 0.5;
+  EXPECT_EQ(JsonLine(ToJson(ground)), surveyed + R"(null,"error_m":null,"error_px":0.5})")
+      << "seen, by a reconstruction without a place";
   ground.reconstruction = ReconstructionId(2);
   ground.error_m = {0.5, -0.25, 1};
   ground.error_px = 0.75;

@@ -147,8 +147,20 @@ TEST(Exif, SenselessPlacesAreAbsent) {
         Changes{{"GPSLatitude", "91/1 0/1 0/1"}}, Changes{{"GPSLongitude", "181/1 0/1 0/1"}},
         Changes{{"GPSLatitude", "47/0 4/1 12/1"}},
         Changes{{"GPSLatitude", "0/1 0/1 0/1"}, {"GPSLongitude", "0/1 0/1 0/1"}},
-        Changes{{"GPSStatus", "V"}}})
+        Changes{{"GPSStatus", "V"}}, Changes{{"GPSMapDatum", "TOKYO"}},
+        Changes{{"GPSMapDatum", "ED50"}}, Changes{{"GPSMapDatum", "NAD27"}},
+        Changes{{"GPSHPositioningError", "10001/1"}},
+        Changes{{"GPSHPositioningError", "4294967295/1"}}})
     EXPECT_FALSE(ReadExifGps(GpsBlock(changes)));
+  for (const char* datum : {"WGS-84", "WGS84", "WGS 84   ", "wgs-84", "JGD2000", "ETRS89"})
+    EXPECT_TRUE(ReadExifGps(GpsBlock({{"GPSMapDatum", datum}}))) << datum;
+  EXPECT_EQ(ReadExifGps(GpsBlock({{"GPSHPositioningError", "10000/1"}}))->accuracy_m, 10'000);
+  // What a database holds by an earlier program is what its photo says.
+  const GpsFix tokyo = *ReadExifGps(GpsBlock({}));
+  for (const char* datum : {"TOKYO", "WGS-84"})
+    EXPECT_TRUE(HoldsExifGps(GpsBlock({{"GPSMapDatum", datum}}), tokyo)) << datum;
+  EXPECT_FALSE(HoldsExifGps(GpsBlock({{"GPSAltitude", ""}}), tokyo));
+  EXPECT_FALSE(HoldsExifGps({}, tokyo));
   EXPECT_FALSE(ReadExifGps({}));
   EXPECT_FALSE(ReadExifGps(ExifOf(kPhone)));
   // A height that is none does not take the rest along.

@@ -148,11 +148,25 @@ TEST_F(EarthAnswers, SurveyedPointsAreClickedInUprightPhotos) {
 
 TEST_F(EarthAnswers, WhatOnePhotoSeesIsNowhere) {
   EXPECT_FALSE(AnswerOf({}).reconstruction.valid());
+  EXPECT_EQ(AnswerOf({}).error_px, 0);
   EXPECT_FALSE(AnswerOf({SightingOf(2, 2)}).reconstruction.valid());
   // By parallel rays.
   GroundSighting same = SightingOf(1, 1);
   same.image = ImageId(2);
   EXPECT_FALSE(AnswerOf({SightingOf(1, 1), same}).reconstruction.valid());
+  EXPECT_EQ(AnswerOf({SightingOf(1, 1), same}).error_px, 0);
+}
+
+TEST_F(EarthAnswers, WhatIsSeenWithoutAPlaceIsSeen) {
+  const auto transaction = database_->BeginTransaction();
+  ReconstructionRecord record = *database_->GetSnapshot()->GetReconstruction(kHere);
+  record.georeference.place.reset();
+  transaction->PutReconstruction(record);
+  ASSERT_OK(transaction->Commit());
+  const GroundPointAnswer seen = AnswerOf({SightingOf(1, 1), SightingOf(2, 2), SightingOf(3, 3)});
+  EXPECT_FALSE(seen.reconstruction.valid());
+  EXPECT_GT(seen.error_px, 0);
+  EXPECT_LT(seen.error_px, 1e-5);
 }
 
 TEST_F(EarthAnswers, TheDeviationIsThatOfAPixel) {

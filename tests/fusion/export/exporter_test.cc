@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -14,10 +15,12 @@
 #include <set>
 #include <sstream>
 
+#include "engine/camera/orientation.h"
 #include "fusion/export/told_scene.h"
 #include "fusion/pass/dense_pass.h"
 #include "storage/records/photo_record.h"
 #include "tests/engine/street_fixture.h"
+#include "tests/fusion/surface/glb_reader.h"
 #include "tests/storage/damage.h"
 
 namespace veduta {
@@ -236,6 +239,39 @@ TEST_F(ExporterTest, ANameOfSeveralIsToldByItsContributor) {
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     EXPECT_NE(text.find("anna/IMG_1.jpg"), std::string::npos) << format;
     EXPECT_NE(text.find("bert/IMG_1.jpg"), std::string::npos) << format;
+  }
+}
+
+// Photos that a camera has as they lie in their files hang in the world the other way round; what
+// is up stays up.
+TEST_F(ExporterTest, UpIsThatOfThePhotosUpright) {
+  const auto root = [&](const std::string& folder) {
+    EXPECT_OK(Export(folder, "gltf"));
+    const GlbFile file(folder_.path() + "/" + folder + "/0/model.glb");
+    const auto& turn = file.json["nodes"][0]["rotation"];
+    return Eigen::Quaterniond(turn[3], turn[0], turn[1], turn[2]);
+  };
+  const Eigen::Quaterniond upright = root("upright");
+  Database& database = *city_.parts().database;
+  for (const int orientation : {6, 8, 3}) {
+    const auto snapshot = database.GetSnapshot();
+    const auto transaction = database.BeginTransaction();
+    for (uint32_t id = 1; id <= 4; ++id) {
+      auto image = snapshot->GetImage(ImageId(id));
+      auto pose = snapshot->FindPose(ImageId(id));
+      ASSERT_OK(image);
+      ASSERT_OK(pose);
+      const Eigen::Quaterniond before(UprightCamFromStoredCam(image->orientation)),
+          now(UprightCamFromStoredCam(orientation));
+      (*pose)->cam_from_world =
+          Rigid3{now.conjugate() * before, Eigen::Vector3d::Zero()} * (*pose)->cam_from_world;
+      image->orientation = static_cast<uint8_t>(orientation);
+      transaction->PutImage(*image);
+      transaction->PutPose(**pose);
+    }
+    ASSERT_OK(transaction->Commit());
+    const Eigen::Quaterniond lying = root("lying" + std::to_string(orientation));
+    EXPECT_LT(lying.angularDistance(upright), 1e-6) << orientation;
   }
 }
 

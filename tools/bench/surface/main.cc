@@ -102,16 +102,16 @@ Status ColorTiles(const std::vector<ColorView>& views, const ColoringOptions& op
 Status Export(const std::vector<street::MeshTile>& tiles,
               const std::vector<street::PhotoView>& photos, const std::string& folder) {
   std::vector<ExportedCamera> cameras;
-  std::vector<ViewGeometry> geometries;
+  std::vector<Rigid3> cams;  // the street's photos stand upright
   for (const street::PhotoView& photo : photos) {
     cameras.push_back({"photo" + std::to_string(photo.view.image.value), photo.view.geometry});
-    geometries.push_back(photo.view.geometry);
+    cams.push_back(photo.view.geometry.cam_from_world);
   }
   Stopwatch watch;
   for (const bool is_glb : {false, true}) {
     const std::string path = folder + (is_glb ? "/street.glb" : "/street.ply");
     VEDUTA_ASSIGN_OR_RETURN(const auto writer,
-                            is_glb ? OpenGlb(path, {}, MeanUp(geometries)) : OpenPly(path, {}));
+                            is_glb ? OpenGlb(path, {}, MeanUp(cams)) : OpenPly(path, {}));
     for (const street::MeshTile& tile : tiles)
       VEDUTA_RETURN_IF_ERROR(writer->AddMesh(tile.mesh, tile.keys));
     if (is_glb) VEDUTA_RETURN_IF_ERROR(writer->AddCameras(cameras));
