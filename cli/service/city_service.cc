@@ -9,6 +9,7 @@
 
 #include "cli/service/accepted_type.h"
 #include "cli/service/byte_range.h"
+#include "cli/service/contribution_routes.h"
 #include "cli/service/moderation_routes.h"
 #include "cli/service/path_numbers.h"
 #include "cli/service/photo_form.h"
@@ -374,6 +375,9 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
   const CityRoute& route = *match.route;
   if (IsReport(request)) {
     if (auto refusal = quotas_.TakeReport(request)) return *std::move(refusal);
+  }
+  if (OpensContribution(request)) {
+    if (auto refusal = quotas_.TakeContribution(request)) return *std::move(refusal);
   }
   if (!route.is_of_snapshot) {
     HttpAnswer answer = AnswerOfRoute(engine_.get(), request, match);

@@ -103,6 +103,10 @@ HttpAnswer CloseContribution(Engine* engine, const HttpRequest& request,
 
 }  // namespace
 
+bool OpensContribution(const HttpRequest& request) {
+  return request.method == "POST" && request.path.size() == 2 && request.path[1] == "contributions";
+}
+
 std::vector<CityRoute> ContributionRoutes() {
   constexpr Role kSends = Role::kContributor, kCurates = Role::kCurator;
   return {
