@@ -105,19 +105,20 @@ Status BackupRequest::Check() const {
 }
 
 // The copy is in the journal before others may remove a photo that it has.
-Status Engine::Copy(const std::string& folder) {
+Status Engine::Copy(const std::string& folder, std::stop_token stop) {
   const std::shared_ptr<EngineParts> parts = parts_;
   VEDUTA_RETURN_IF_ERROR(CheckIsOutside(folder, parts->path));
   {
     Writer::Turn turn = parts->writer->Take();
+    if (stop.stop_requested()) return Status::Cancelled("stopped before the copy was made");
     VEDUTA_RETURN_IF_ERROR(turn.database().CreateCheckpoint(folder));
     VEDUTA_RETURN_IF_ERROR(parts->NoteCopy(kCopyMade, folder, &turn));
   }
-  Status checked = parts->database->CheckCheckpoint(folder);
+  Status checked = parts->database->CheckCheckpoint(folder, stop);
   if (checked.ok()) return checked;
   Writer::Turn turn = parts->writer->Take();
   parts->NoteCopy(kCopyDeleted, folder, &turn)
-      .IgnoreBecause("what is damaged is told; a removal then names a copy that is gone");
+      .IgnoreBecause("why there is none is told; a removal then names a copy that is gone");
   return checked;
 }
 

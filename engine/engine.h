@@ -184,9 +184,10 @@ class Engine final {
   Status NoteTokenUse(std::span<const TokenUse> uses);
 
   // Trains a vocabulary from the stored photos now, and switches to it. kInvalidArgument for a
-  // shape outside its bounds; kBusy where somebody else has switched meanwhile.
-  Status TrainVocabulary(const VocabularyRequest& request = {});
-  Status ImportVocabulary(const std::string& path);
+  // shape outside its bounds; kBusy where somebody else has switched meanwhile; kCancelled where it
+  // is stopped before the switch: then the vocabulary is the one from before.
+  Status TrainVocabulary(const VocabularyRequest& request = {}, std::stop_token stop = {});
+  Status ImportVocabulary(const std::string& path, std::stop_token stop = {});
 
   // The dense pass over one or all reconstructions: depth maps and surfaces of what is stale, in
   // pieces, each a commit. kCancelled after a stop request: what is finished is stored. One pass
@@ -201,8 +202,9 @@ class Engine final {
   // kInvalidArgument for a folder of something else; kIoError; kCancelled.
   Result<BackupReport> Backup(const BackupRequest& request, std::stop_token stop = {});
   // A consistent copy that opens on its own: linked where possible, and read once by checksums.
-  // Others write while it is read. Deleted where it cannot be read: the error says what is damaged.
-  Status Copy(const std::string& folder);
+  // Others write while it is read. Deleted where it cannot be read: the error says what is damaged;
+  // and where it is stopped: kCancelled.
+  Status Copy(const std::string& folder, std::stop_token stop = {});
   // Processes that have ended on photos they had to decode, since the engine was opened: by the
   // photo, and killed from outside. Both 0 where photos are decoded in this process.
   std::pair<uint64_t, uint64_t> DecoderDeaths() const;

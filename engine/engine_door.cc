@@ -83,20 +83,21 @@ Status Engine::Settle(std::stop_token stop, const std::function<void(const Follo
   return alone ? parts->PurgeRemoved() : Status::Ok();
 }
 
-Status Engine::TrainVocabulary(const VocabularyRequest& request) {
+Status Engine::TrainVocabulary(const VocabularyRequest& request, std::stop_token stop) {
   Database* const database = parts_->database.get();
   const std::shared_ptr<EngineCaches> caches = parts_->GetCaches();
   VEDUTA_ASSIGN_OR_RETURN(Retrieval::Prepared prepared,
-                          caches->retrieval.Train(database, parts_->pool.get(), request));
+                          caches->retrieval.Train(database, parts_->pool.get(), request, stop));
   return parts_->Activate(caches, std::move(prepared));
 }
 
-Status Engine::ImportVocabulary(const std::string& path) {
+Status Engine::ImportVocabulary(const std::string& path, std::stop_token stop) {
   VEDUTA_ASSIGN_OR_RETURN(VocabularyTree tree, ReadVocabulary(path));
   Database* const database = parts_->database.get();
   const std::shared_ptr<EngineCaches> caches = parts_->GetCaches();
-  VEDUTA_ASSIGN_OR_RETURN(Retrieval::Prepared prepared,
-                          caches->retrieval.Import(database, std::move(tree), parts_->pool.get()));
+  VEDUTA_ASSIGN_OR_RETURN(
+      Retrieval::Prepared prepared,
+      caches->retrieval.Import(database, std::move(tree), parts_->pool.get(), stop));
   return parts_->Activate(caches, std::move(prepared));
 }
 

@@ -28,10 +28,11 @@ struct Split {
 class Trainer final {
  public:
   Trainer(std::span<const uint8_t> descriptors, const VocabularyTrainerOptions& options,
-          ThreadPool& pool)
+          ThreadPool& pool, const std::stop_token& stop)
       : descriptors_(descriptors),
         options_(options),
         pool_(pool),
+        stop_(stop),
         order_(descriptors.size() / kCenterSize) {
     std::iota(order_.begin(), order_.end(), 0u);
   }
@@ -45,7 +46,11 @@ class Trainer final {
         {0, order_.size(), MixSeed(options_.seed, HashContent(descriptors_).Seed())}};
     for (uint32_t depth = 1; !level.empty(); ++depth) {
       std::vector<Split> splits(level.size());
-      pool_.ParallelFor(level.size(), [&](size_t i) { splits[i] = SplitNode(level[i]); });
+      pool_.ParallelFor(level.size(), [&](size_t i) {
+        if (!stop_.stop_requested()) splits[i] = SplitNode(level[i]);
+      });
+      if (stop_.stop_requested())
+        return Status::Cancelled("stopped: the vocabulary was not trained to its end");
       if (depth == 1 && splits[0].centers.count < 2) {
         return Status::InvalidArgument(
             "vocabulary training: the sample has fewer than two distinct descriptors");
@@ -152,6 +157,7 @@ class Trainer final {
   std::span<const uint8_t> descriptors_;
   const VocabularyTrainerOptions& options_;
   ThreadPool& pool_;
+  const std::stop_token& stop_;
   std::vector<uint32_t> order_;  // the descriptors, sorted by the node that they came to
 };
 
@@ -175,8 +181,8 @@ VocabularyTrainerOptions OptionsForSample(size_t descriptor_count) {
 }
 
 Result<TrainedVocabulary> TrainVocabulary(std::span<const uint8_t> descriptors,
-                                          const VocabularyTrainerOptions& options,
-                                          ThreadPool& pool) {
+                                          const VocabularyTrainerOptions& options, ThreadPool& pool,
+                                          const std::stop_token& stop) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   if (descriptors.size() % kCenterSize != 0) {
     return Status::InvalidArgument("vocabulary training: " + std::to_string(descriptors.size()) +
@@ -187,7 +193,7 @@ Result<TrainedVocabulary> TrainVocabulary(std::span<const uint8_t> descriptors,
     return Status::InvalidArgument("vocabulary training: a sample of " + std::to_string(n) +
                                    " descriptors");
   }
-  return Trainer(descriptors, options, pool).Run();
+  return Trainer(descriptors, options, pool, stop).Run();
 }
 
 }  // namespace veduta

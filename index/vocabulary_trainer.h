@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <span>
+#include <stop_token>
 
 #include "index/vocabulary_tree.h"
 #include "storage/base/status.h"
@@ -48,9 +49,10 @@ struct TrainedVocabulary {
 // seed comes from the options, the sample's hash and the node's place. O(n * branch * depth *
 // attempts * iterations) time at most. Scratch: some 20 bytes for each descriptor, one node's
 // sample for each thread, and the tree twice. Thread-safe. kInvalidArgument: bad options, a size
-// that is no multiple of 128, fewer than two distinct descriptors.
+// that is no multiple of 128, fewer than two distinct descriptors. kCancelled where it is stopped,
+// after the nodes at hand.
 Result<TrainedVocabulary> TrainVocabulary(std::span<const uint8_t> descriptors,
-                                          const VocabularyTrainerOptions& options,
-                                          ThreadPool& pool);
+                                          const VocabularyTrainerOptions& options, ThreadPool& pool,
+                                          const std::stop_token& stop = {});
 
 }  // namespace veduta

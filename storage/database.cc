@@ -140,8 +140,8 @@ class DatabaseView final : public Database {
   Status CreateCheckpoint(const std::string& path) override {
     return MakeCheckpoint(*files(), path);
   }
-  Status CheckCheckpoint(const std::string& path) const override {
-    return veduta::CheckCheckpoint(*files(), path);
+  Status CheckCheckpoint(const std::string& path, std::stop_token stop) const override {
+    return veduta::CheckCheckpoint(*files(), path, stop);
   }
   Status Compact() override { return CompactFiles(*files()); }
   Status PurgeDeleted() override { return PurgeDeletedFrom(*files(), kPurgeWait); }

@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <string>
 
 #include "storage/base/status.h"
@@ -114,8 +115,9 @@ class Database {
   // A consistent copy that opens on its own: linked where possible. Nothing of it is read.
   virtual Status CreateCheckpoint(const std::string& path) = 0;
   // Reads all of such a copy once by its checksums. Where it cannot be read, deletes it and says
-  // what is damaged. Others may write to the database meanwhile.
-  virtual Status CheckCheckpoint(const std::string& path) const = 0;
+  // what is damaged; deletes it also where it is stopped: kCancelled, after the value at hand or,
+  // at the end, after the tables. Others may write to the database meanwhile.
+  virtual Status CheckCheckpoint(const std::string& path, std::stop_token stop = {}) const = 0;
   // Flushes memtables and merges files; for benchmarks and before a backup.
   virtual Status Compact() = 0;
   // Rewrites the files without what was deleted: afterwards none has bytes of a photo that was

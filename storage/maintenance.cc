@@ -37,37 +37,45 @@ uint64_t FileBytes(rocksdb::FileSystem& fs, const std::string& path) {
   return fs.GetFileSize(path, rocksdb::IOOptions(), &size_bytes, nullptr).ok() ? size_bytes : 0;
 }
 
+Status Stopped() {
+  return Status::Cancelled("stopped before all of the copy was read");
+}
+
 // Reads every value of a family by its checksums. A failure names family and key.
-Status ReadFamily(const DatabaseFiles& files, Family family) {
+Status ReadFamily(const DatabaseFiles& files, Family family, const std::stop_token& stop) {
   const ValueReader reader(files, nullptr);
   if (TraitsOf(family).store == ValueStore::kTable) {
     std::string last;
     const Status read =
         reader.Scan(family, "", "", [&](std::string_view key, std::string_view, bool*) {
           last = key;
-          return Status::Ok();
+          return stop.stop_requested() ? Stopped() : Status::Ok();
         });
-    if (read.ok() || last.empty()) return read;
+    const bool is_stopped = read.code() == StatusCode::kCancelled;
+    if (read.ok() || is_stopped || last.empty()) return read;
     return Status(read.code(), std::string("family ") + FamilyName(family) + ", after key " +
                                    KeyText(last) + ": " + read.message());
   }
   // Key by key, for an iterator would not say which value it could not read.
   std::string value;
   return ScanBlobKeys(files, family, UINT64_MAX, [&](std::string_view key) -> Result<bool> {
+    if (stop.stop_requested()) return Stopped();
     VEDUTA_RETURN_IF_ERROR(reader.Copy(family, key, &value).status());
     return true;
   });
 }
 
 // Reads all of a copy, as far as checksums guard it: tables with their indexes, and blobs.
-Status CheckCopy(const std::string& path, std::shared_ptr<rocksdb::FileSystem> file_system) {
+Status CheckCopy(const std::string& path, std::shared_ptr<rocksdb::FileSystem> file_system,
+                 const std::stop_token& stop) {
   DatabaseOptions options;
   options.read_only = options.salvage = true;  // nobody writes to it: no file need be held open
   options.file_system = std::move(file_system);
   VEDUTA_ASSIGN_OR_RETURN(const std::shared_ptr<DatabaseFiles> copy,
                           DatabaseFiles::Open(path, options));
   for (const FamilyTraits& traits : AllFamilies())
-    VEDUTA_RETURN_IF_ERROR(ReadFamily(*copy, traits.family));
+    VEDUTA_RETURN_IF_ERROR(ReadFamily(*copy, traits.family, stop));
+  if (stop.stop_requested()) return Stopped();  // RocksDB reads the tables without a pause
   const FilesLease lease(*copy);
   VEDUTA_RETURN_IF_ERROR(lease.status());
   return FromRocksdb(copy->db().VerifyChecksum(), "read the copy at " + path);
@@ -132,11 +140,14 @@ Status MakeCheckpoint(const DatabaseFiles& files, const std::string& path) {
   return WriteMarker(fs, path);
 }
 
-Status CheckCheckpoint(const DatabaseFiles& files, const std::string& path) {
-  const Status checked = CheckCopy(path, files.shared_file_system());
+Status CheckCheckpoint(const DatabaseFiles& files, const std::string& path,
+                       const std::stop_token& stop) {
+  const Status checked = CheckCopy(path, files.shared_file_system(), stop);
   if (checked.ok()) return checked;
   std::error_code ignored;  // what is left says that it is incomplete by the failure
   std::filesystem::remove_all(path, ignored);
+  if (checked.code() == StatusCode::kCancelled)
+    return Status::Cancelled("the copy was deleted: " + checked.message());
   return Status(checked.code(),
                 "the copy was deleted, for it cannot be read: " + checked.message() +
                     ": 'veduta repair " + files.path() + "' says what is damaged");

@@ -13,8 +13,10 @@ namespace veduta {
 // How long the work of a request takes.
 enum class WorkKind : uint8_t {
   kShort,    // about as long as the disk does: photos are taken, lists are told
+  kChange,   // the same, but it waits for the writer's turn, which others may hold for minutes
   kLong,     // it computes: photos are localised, pictures and tiles are made
   kCommand,  // it may take hours, and somebody who is in charge has asked for it
+  kRemoval,  // the same, and it must not wait for commands: it ends the pass that one of them makes
 };
 
 WorkKind WorkKindOf(const CityRoute& route);

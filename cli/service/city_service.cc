@@ -9,6 +9,7 @@
 
 #include "cli/service/accepted_type.h"
 #include "cli/service/byte_range.h"
+#include "cli/service/contribution_routes.h"
 #include "cli/service/moderation_routes.h"
 #include "cli/service/path_numbers.h"
 #include "cli/service/photo_form.h"
@@ -26,9 +27,6 @@ constexpr uint32_t kEventsMax = 256;
 
 // Damages that are told while the daemon runs. Chosen by hand.
 constexpr size_t kDamagesMax = 1000;
-
-// Commands (WorkKind) that are at work at the same time. Chosen by hand.
-constexpr uint32_t kCommandsMax = 2;
 
 std::string RandomName() {
   std::random_device random;
@@ -158,10 +156,8 @@ CityService::CityService(std::unique_ptr<Engine> engine, const std::string& path
       settler_([this, followed = std::move(listeners.followed)](std::stop_token stop) {
         SettleNowAndThen(std::move(stop), followed);
       }),
-      short_work_(
-          {options.query_threads, options.waiting_questions_max, options.waiting_of_one_max}),
-      long_work_({options.long_threads, options.waiting_questions_max, options.waiting_of_one_max}),
-      commands_({.threads = kCommandsMax}) {
+      work_({options.query_threads, options.long_threads, options.waiting_questions_max,
+             options.waiting_of_one_max}) {
   gatekeeper_.Look(engine_->Ask()).IgnoreBecause("the next request reads it");
   // What cannot be read is as little harm.
   if (const auto uses = engine_->Ask().TokenUses(); uses.ok()) quotas_.Restore(*uses);
@@ -238,7 +234,7 @@ void CityService::HandleLater(HttpRequest request, const RouteMatch& match, Work
   // Shared, since tasks are copied, and bodies are large.
   const auto shared = std::make_shared<HttpRequest>(std::move(request));
   const bool is_photo = shared->method == "POST" && shared->path.back() == "photos";
-  LineOf(kind).Add(std::move(owner), [this, shared, match, answered, is_photo](WorkTurn turn) {
+  work_.Add(kind, std::move(owner), [this, shared, match, answered, is_photo](WorkTurn turn) {
     if (turn != WorkTurn::kCome) return answered(AnswerToRefused(turn));
     if (is_photo && shared->content_type == "multipart/form-data")
       return TakeForm(std::move(*shared), answered);
@@ -247,14 +243,9 @@ void CityService::HandleLater(HttpRequest request, const RouteMatch& match, Work
   });
 }
 
-WorkLine& CityService::LineOf(WorkKind kind) {
-  if (kind == WorkKind::kCommand) return commands_;
-  return kind == WorkKind::kLong ? long_work_ : short_work_;
-}
-
 void CityService::Run(WorkKind kind, WorkOwner owner,
                       std::function<void(Engine* engine, const Status& refusal)> task) {
-  LineOf(kind).Add(std::move(owner), [this, task = std::move(task)](WorkTurn turn) {
+  work_.Add(kind, std::move(owner), [this, task = std::move(task)](WorkTurn turn) {
     task(engine_.get(), RefusalOf(turn));
   });
 }
@@ -385,6 +376,9 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
   if (IsReport(request)) {
     if (auto refusal = quotas_.TakeReport(request)) return *std::move(refusal);
   }
+  if (OpensContribution(request)) {
+    if (auto refusal = quotas_.TakeContribution(request)) return *std::move(refusal);
+  }
   if (!route.is_of_snapshot) {
     HttpAnswer answer = AnswerOfRoute(engine_.get(), request, match);
     if (route.role >= Role::kCurator)  // it may make a token
@@ -408,7 +402,7 @@ HttpAnswer CityService::AskEngine(const HttpRequest& request, const RouteMatch& 
 void CityService::TellEvents(uint64_t first, const Sight& sight,
                              std::function<void(Result<CityEvents>)> told) {
   // All who follow are one, and leave turns and room for questions and photos: they ask again soon.
-  short_work_.Add({"events"}, [this, first, sight, told](WorkTurn turn) {
+  work_.Add(WorkKind::kShort, {"events"}, [this, first, sight, told](WorkTurn turn) {
     if (turn == WorkTurn::kClosed) return told(Status::Cancelled("the daemon is closing"));
     if (turn != WorkTurn::kCome) return told(CityEvents{"", first});
     told(CatchShortage("read the journal", [&] { return EventsFrom(first, sight); }));
@@ -433,7 +427,7 @@ void CityService::Close() {
   intake_.Close();
   owner_commands_.Stop();
   removals_.Stop();
-  for (WorkLine* const line : {&short_work_, &long_work_, &commands_}) line->Close();
+  work_.Close();
 }
 
 void CityService::SettleNowAndThen(

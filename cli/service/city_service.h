@@ -29,7 +29,7 @@
 #include "cli/service/removals.h"
 #include "cli/service/request_log.h"
 #include "cli/service/tus_uploads.h"
-#include "cli/service/work_line.h"
+#include "cli/service/work_lines.h"
 #include "engine/engine.h"
 
 namespace veduta {
@@ -43,8 +43,9 @@ struct ServiceOptions {
   DenseKeeping dense;
   // Threads that take photos and answer what is told soon, and those that compute (WorkKind), 1 to
   // 1024. A localisation takes one for as long as a photo does, and so takes none of the others.
+  // Changes, commands and removals have threads of their own.
   uint32_t query_threads = 4, long_threads = 2;
-  // Requests that may wait for either of them, 1 to 100,000, and those of each one who asks; one
+  // Requests that may wait for each kind of them, 1 to 100,000, and those of each one who asks; one
   // more is answered 503, and 429 to the same one. Chosen by hand: a page asks for hundreds of
   // pictures.
   uint32_t waiting_questions_max = 1024, waiting_of_one_max = 256;
@@ -144,7 +145,6 @@ class CityService final {
   // Does what Handle has found to take longer, once a thread for it has time.
   void HandleLater(HttpRequest request, const RouteMatch& match, WorkKind kind,
                    const Answered& answered);
-  WorkLine& LineOf(WorkKind kind);
   void SettleNowAndThen(std::stop_token stop,
                         const std::function<void(const FollowUp&, const Questions&)>& followed);
 
@@ -171,7 +171,7 @@ class CityService final {
   Budget commands_at_work_;
   std::condition_variable_any pause_;
   std::jthread settler_;
-  WorkLine short_work_, long_work_, commands_;
+  WorkLines work_;
 };
 
 }  // namespace veduta

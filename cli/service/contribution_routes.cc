@@ -91,17 +91,21 @@ HttpAnswer CloseContribution(Engine* engine, const HttpRequest& request,
                              const PathArguments& arguments) {
   const Result<uint32_t> number = ContributionNumber(arguments[0]);
   if (!number.ok()) return ProblemOf(number.status());
-  const auto contribution = engine->Ask().Contribution(*number);
+  const auto contribution = engine->Ask(request.sight).Contribution(*number);
   if (!contribution.ok()) return ProblemOf(contribution.status());
   if (!request.may_name_others && contribution->contributor != request.who)
     return Problem(403, "contribution " + arguments[0] + " is closed by its contributor, " +
                             contribution->contributor + ", or by a curator");
   const Status closed = engine->CloseContribution(
       *number, request.who.empty() ? contribution->contributor : request.who);
-  return closed.ok() ? Tell(*engine, *number, 200) : ProblemOf(closed);
+  return closed.ok() ? Tell(*engine, *number, 200, request.sight) : ProblemOf(closed);
 }
 
 }  // namespace
+
+bool OpensContribution(const HttpRequest& request) {
+  return request.method == "POST" && request.path.size() == 2 && request.path[1] == "contributions";
+}
 
 std::vector<CityRoute> ContributionRoutes() {
   constexpr Role kSends = Role::kContributor, kCurates = Role::kCurator;

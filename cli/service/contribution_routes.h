@@ -12,4 +12,7 @@ namespace veduta {
 // removed with their photos, as Engine::Remove does. TusUploads answers the routes of uploads.
 std::vector<CityRoute> ContributionRoutes();
 
+// Whether the request is to open a contribution. Thread-safe.
+bool OpensContribution(const HttpRequest& request);
+
 }  // namespace veduta

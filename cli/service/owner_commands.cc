@@ -103,7 +103,8 @@ HttpAnswer OwnerCommands::Do(const HttpRequest& request, const Json& wanted) {
   const bool is_copy = what == "copies";
   const Result<std::string> path = TextMember(wanted, is_copy ? "folder" : "file");
   if (!path.ok()) return ProblemOf(path.status());
-  return AnswerOf(is_copy ? engine_->Copy(*path) : engine_->ImportVocabulary(*path));
+  const std::stop_token stop = stop_.get_token();
+  return AnswerOf(is_copy ? engine_->Copy(*path, stop) : engine_->ImportVocabulary(*path, stop));
 }
 
 HttpAnswer OwnerCommands::Backup(const Json& wanted) {
@@ -187,7 +188,7 @@ HttpAnswer OwnerCommands::Train(const Json& wanted) {
       return ProblemOf(Status::InvalidArgument("'" + std::string(name) + "' is no whole number"));
     *value = wanted[name].get<uint32_t>();
   }
-  return AnswerOf(engine_->TrainVocabulary(request));
+  return AnswerOf(engine_->TrainVocabulary(request, stop_.get_token()));
 }
 
 }  // namespace veduta

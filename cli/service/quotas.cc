@@ -17,6 +17,9 @@ constexpr double kBurstS = 10;
 constexpr double kReportsPerDay = 100;
 // The same of each address, with whatever tokens. Chosen by hand: people may share an address.
 constexpr double kReportsPerAddressPerDay = 200;
+// Contributions that are opened a day, of each token. Chosen by hand: each is a record that stays,
+// and a person who photographs all day opens a hundred.
+constexpr double kContributionsPerDay = 1000;
 // Addresses that are counted at the same time. Chosen by hand: each takes some 100 bytes.
 constexpr size_t kAddressesMax = 10'000;
 
@@ -53,6 +56,8 @@ Quotas::Measures& Quotas::FilledMeasures(const HttpRequest& request) {
     measures.bytes = {bytes, bytes, bytes / kDayS};
     measures.requests = {kBurstS * requests, kBurstS * requests, requests};
     measures.reports = {kReportsPerDay, kReportsPerDay, kReportsPerDay / kDayS};
+    measures.contributions = {kContributionsPerDay, kContributionsPerDay,
+                              kContributionsPerDay / kDayS};
     measures.filled = now;
     if (const auto used = restored_.find(request.token_number); used != restored_.end()) {
       measures.photos.left -= used->second.photos;
@@ -66,8 +71,8 @@ Quotas::Measures& Quotas::FilledMeasures(const HttpRequest& request) {
     }
   }
   const double seconds = std::chrono::duration<double>(now - measures.filled).count();
-  for (Measure* const measure :
-       {&measures.photos, &measures.bytes, &measures.requests, &measures.reports})
+  for (Measure* const measure : {&measures.photos, &measures.bytes, &measures.requests,
+                                 &measures.reports, &measures.contributions})
     measure->Fill(seconds);
   measures.filled = now;
   return measures;
@@ -124,6 +129,16 @@ std::optional<HttpAnswer> Quotas::TakeReport(const HttpRequest& request) {
     of_address.left -= 1;
   }
   Keep(request);
+  return std::nullopt;
+}
+
+std::optional<HttpAnswer> Quotas::TakeContribution(const HttpRequest& request) {
+  if (request.token_number == 0) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  Measure& opened = FilledMeasures(request).contributions;
+  if (opened.left < 1)
+    return TooMany("the token's quota of contributions", 1 - opened.left, opened.per_s);
+  opened.left -= 1;
   return std::nullopt;
 }
 

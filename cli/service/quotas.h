@@ -17,10 +17,11 @@
 namespace veduta {
 
 // What there is of a measure fills again all the time, as fast as the quota says, up to what a day
-// gives of photos, bytes and reports, and ten seconds of requests. Photos and requests without a
-// token, which are the owner's or come where there are none, are not counted; reports are counted
-// of all who come without one together, but the owner, and also by the address that they come from.
-// Addresses are held in memory alone. Thread-safe.
+// gives of photos, bytes, reports and contributions, and ten seconds of requests. Photos,
+// contributions and requests without a token, which are the owner's or come where there are none,
+// are not counted; reports are counted of all who come without one together, but the owner, and
+// also by the address that they come from. Addresses, and contributions that were opened, are held
+// in memory alone. Thread-safe.
 class Quotas final {
  public:
   using Clock = std::chrono::steady_clock;
@@ -47,6 +48,8 @@ class Quotas final {
   std::optional<HttpAnswer> TakeRequest(const HttpRequest& request);
   std::optional<HttpAnswer> TakePhoto(const HttpRequest& request, uint64_t size_bytes);
   std::optional<HttpAnswer> TakeReport(const HttpRequest& request);
+  // Of a contribution that is to be opened.
+  std::optional<HttpAnswer> TakeContribution(const HttpRequest& request);
   // Gives back what was taken for a photo that was not stored for no fault of its own, or that was
   // given up `after_s` seconds later: less by the share of a day that has passed, since all fills
   // again in a day.
@@ -59,7 +62,7 @@ class Quotas final {
     void Fill(double seconds);
   };
   struct Measures {
-    Measure photos, bytes, requests, reports;
+    Measure photos, bytes, requests, reports, contributions;
     Clock::time_point filled;
   };
   // What an address has left of reports.

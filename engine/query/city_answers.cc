@@ -108,6 +108,21 @@ Status DropUnseen(const Visibility& visibility, HypothesisAnswer* answer) {
   return Status::Ok();
 }
 
+// Puts the image's own reconstruction in the place of those that must not be told: that there are
+// any says that the pose is not told.
+Status DropUnseen(const Visibility& visibility, ReconstructionId own,
+                  std::vector<ReconstructionId>* may_stand_in) {
+  if (visibility.SeesWhole()) return Status::Ok();
+  for (ReconstructionId& one : *may_stand_in) {
+    VEDUTA_ASSIGN_OR_RETURN(const bool sees, visibility.Sees(one));
+    if (!sees) one = own;
+  }
+  std::ranges::sort(*may_stand_in);
+  const auto doubles = std::ranges::unique(*may_stand_in);
+  may_stand_in->erase(doubles.begin(), doubles.end());
+  return Status::Ok();
+}
+
 Result<std::optional<DepthMapAnswer>> DepthMapOf(const Snapshot& snapshot, ImageId image,
                                                  const Visibility& visibility) {
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<DepthRecord> depth,
@@ -212,12 +227,14 @@ Result<std::vector<NeighborAnswer>> NeighborsOf(const Snapshot& snapshot, ImageI
 
 Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& image,
                                   UnsureCache* unsure, const Sight& sight) {
+  const Visibility visibility(snapshot, sight);
   ImageAnswer answer;
   answer.id = image.id;
   answer.name = image.name;
   answer.verdict = image.verdict;
   answer.reason = image.reason;
-  answer.detail = image.detail;
+  VEDUTA_ASSIGN_OR_RETURN(const bool sees_named, SeesNamed(visibility, image.detail));
+  if (sees_named) answer.detail = image.detail;
   answer.camera = image.camera;
   answer.width_px = image.width_px;
   answer.height_px = image.height_px;
@@ -237,6 +254,7 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
     VEDUTA_ASSIGN_OR_RETURN(const auto all_unsure, unsure->Get(snapshot));
     const auto found = all_unsure->find(image.id);
     if (found != all_unsure->end()) answer.may_stand_in = found->second;
+    VEDUTA_RETURN_IF_ERROR(DropUnseen(visibility, pose->reconstruction, &answer.may_stand_in));
     if (answer.may_stand_in.empty()) {
       answer.cam_from_world = ToPlain(pose->cam_from_world);
       VEDUTA_ASSIGN_OR_RETURN(answer.on_earth,
@@ -248,7 +266,7 @@ Result<ImageAnswer> ImageAnswerOf(const Snapshot& snapshot, const ImageRecord& i
                           snapshot.GetObservations(image.id));
   answer.observations = static_cast<uint32_t>(observations.size());
   VEDUTA_ASSIGN_OR_RETURN(answer.neighbors, NeighborsOf(snapshot, image.id, sight));
-  VEDUTA_ASSIGN_OR_RETURN(answer.depth_map, DepthMapOf(snapshot, image.id, {snapshot, sight}));
+  VEDUTA_ASSIGN_OR_RETURN(answer.depth_map, DepthMapOf(snapshot, image.id, visibility));
   return answer;
 }
 

@@ -50,6 +50,10 @@ class PostingsWriter {
   std::vector<uint64_t> gathered_;  // word, and image in the low half
 };
 
+Status Stopped() {
+  return Status::Cancelled("stopped: no new vocabulary was made");
+}
+
 // Images that have features stored, ascending.
 Result<std::vector<ImageRecord>> ListRetrievable(const Snapshot& snapshot) {
   std::vector<ImageRecord> images;
@@ -186,9 +190,10 @@ bool Retrieval::IsTrainingDue(const DatabaseState& state) const {
 }
 
 Result<Retrieval::Prepared> Retrieval::Train(Database* database, ThreadPool* pool,
-                                             const VocabularyRequest& request) {
+                                             const VocabularyRequest& request,
+                                             const std::stop_token& stop) {
   VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("VocabularyRequest", request.Check()).status());
-  return TrainAlone(database, pool, request, std::unique_lock(*preparing_));
+  return TrainAlone(database, pool, request, std::unique_lock(*preparing_), stop);
 }
 
 Result<std::optional<Retrieval::Prepared>> Retrieval::TrainIfDue(Database* database,
@@ -196,13 +201,14 @@ Result<std::optional<Retrieval::Prepared>> Retrieval::TrainIfDue(Database* datab
   std::unique_lock alone(*preparing_);
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, database->GetSnapshot()->GetState());
   if (!HasOutgrown(state)) return std::optional<Prepared>();
-  VEDUTA_ASSIGN_OR_RETURN(Prepared prepared, TrainAlone(database, pool, {}, std::move(alone)));
+  VEDUTA_ASSIGN_OR_RETURN(Prepared prepared, TrainAlone(database, pool, {}, std::move(alone), {}));
   return std::optional(std::move(prepared));
 }
 
 Result<Retrieval::Prepared> Retrieval::TrainAlone(Database* database, ThreadPool* pool,
                                                   const VocabularyRequest& request,
-                                                  std::unique_lock<std::mutex> alone) {
+                                                  std::unique_lock<std::mutex> alone,
+                                                  const std::stop_token& stop) {
   const std::shared_ptr<const Snapshot> snapshot = database->GetSnapshot();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageRecord> images, ListRetrievable(*snapshot));
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot->GetState());
@@ -214,6 +220,7 @@ Result<Retrieval::Prepared> Retrieval::TrainAlone(Database* database, ThreadPool
   }
   DescriptorSample sample(request.sample == 0 ? options_.training_count_max : request.sample);
   for (const ImageRecord& image : images) {
+    if (stop.stop_requested()) return Stopped();
     VEDUTA_ASSIGN_OR_RETURN(const Features features, FeaturesOf(*snapshot, image, decoder_));
     sample.Add(image.photo.Seed(), features.descriptors);
   }
@@ -221,22 +228,25 @@ Result<Retrieval::Prepared> Retrieval::TrainAlone(Database* database, ThreadPool
   VocabularyTrainerOptions options = OptionsForSample(descriptors.size() / kDescriptorSize);
   options.branch = request.branch;
   options.depth_max = request.levels;
-  VEDUTA_ASSIGN_OR_RETURN(TrainedVocabulary trained, TrainVocabulary(descriptors, options, *pool));
+  VEDUTA_ASSIGN_OR_RETURN(TrainedVocabulary trained,
+                          TrainVocabulary(descriptors, options, *pool, stop));
   descriptors = {};  // the words of all images want memory next
-  return WriteAhead(database, *snapshot, std::move(trained.tree), false, pool, std::move(alone));
+  return WriteAhead(database, *snapshot, std::move(trained.tree), false, pool, std::move(alone),
+                    stop);
 }
 
 Result<Retrieval::Prepared> Retrieval::Import(Database* database, VocabularyTree tree,
-                                              ThreadPool* pool) {
+                                              ThreadPool* pool, const std::stop_token& stop) {
   std::unique_lock alone(*preparing_);
   const std::shared_ptr<const Snapshot> snapshot = database->GetSnapshot();
-  return WriteAhead(database, *snapshot, std::move(tree), true, pool, std::move(alone));
+  return WriteAhead(database, *snapshot, std::move(tree), true, pool, std::move(alone), stop);
 }
 
 Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snapshot& snapshot,
                                                   VocabularyTree tree, bool imported,
                                                   ThreadPool* pool,
-                                                  std::unique_lock<std::mutex> alone) {
+                                                  std::unique_lock<std::mutex> alone,
+                                                  const std::stop_token& stop) {
   VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, snapshot.GetState());
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageRecord> images, ListRetrievable(snapshot));
   Prepared prepared;
@@ -254,6 +264,7 @@ Result<Retrieval::Prepared> Retrieval::WriteAhead(Database* database, const Snap
   // In batches, so that memory holds a few images' features and not the whole city's.
   PostingsWriter postings(database, prepared.generation, options_.gathered_words_max);
   for (size_t begin = 0; begin < images.size(); begin += kBatchImages) {
+    if (stop.stop_requested()) return Stopped();
     const size_t count = std::min(kBatchImages, images.size() - begin);
     std::vector<Result<std::vector<WordId>>> words(count, std::vector<WordId>());
     pool->ParallelFor(count, [&](size_t i) {

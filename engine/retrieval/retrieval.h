@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "engine/camera/decoder.h"
@@ -74,13 +75,15 @@ class Retrieval final {
   // Trains a tree from the descriptors of all images and writes it ahead, for Activate. Wants no
   // turn of the writer. Waits for another one's that is being prepared. Damaged features are
   // derived from the photo; kCorruption names an image where that fails, too. kInvalidArgument for
-  // a shape outside its bounds.
+  // a shape outside its bounds; kCancelled, after some images or a level of the tree, where it is
+  // stopped: then nothing is written ahead any more.
   Result<Prepared> Train(Database* database, ThreadPool* pool,
-                         const VocabularyRequest& request = {});
+                         const VocabularyRequest& request = {}, const std::stop_token& stop = {});
   // The same where training is due; none where it is not, or not any more.
   Result<std::optional<Prepared>> TrainIfDue(Database* database, ThreadPool* pool);
   // The same with a given tree; it is then never trained again by itself.
-  Result<Prepared> Import(Database* database, VocabularyTree tree, ThreadPool* pool);
+  Result<Prepared> Import(Database* database, VocabularyTree tree, ThreadPool* pool,
+                          const std::stop_token& stop = {});
   // Gives words to the images that came meanwhile and switches to the vocabulary, in one
   // transaction. For who has the writer's turn.
   Status Activate(Database* database, Prepared prepared);
@@ -89,9 +92,11 @@ class Retrieval final {
 
  private:
   Result<Prepared> TrainAlone(Database* database, ThreadPool* pool,
-                              const VocabularyRequest& request, std::unique_lock<std::mutex> alone);
+                              const VocabularyRequest& request, std::unique_lock<std::mutex> alone,
+                              const std::stop_token& stop);
   Result<Prepared> WriteAhead(Database* database, const Snapshot& snapshot, VocabularyTree tree,
-                              bool imported, ThreadPool* pool, std::unique_lock<std::mutex> alone);
+                              bool imported, ThreadPool* pool, std::unique_lock<std::mutex> alone,
+                              const std::stop_token& stop);
 
   // IsTrainingDue, whoever may be preparing one.
   bool HasOutgrown(const DatabaseState& state) const;

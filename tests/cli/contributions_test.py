@@ -180,6 +180,21 @@ class Contributions(Case):
         self.assertEqual([entry['actor'] for entry in done if entry['action'] == 'contribution'],
                          ['anna', 'anna', 'kai'])
 
+    def test_a_token_opens_so_many_a_day(self):
+        db = new_database('many')
+        anna, bela = ({'Authorization': 'Bearer ' + must('token', 'create', db, name, '--role',
+                                                         'contributor').strip()}
+                      for name in ('anna', 'bela'))
+        with Daemon(db) as daemon:
+            for _ in range(1000):
+                self.open(daemon, anna)
+            code, headers, body = daemon.ask('POST', '/v1/contributions', '{}',
+                                             {**anna, 'Content-Type': 'application/json'})
+            self.assertEqual((code, 'contributions' in json.loads(body)['detail']), (429, True))
+            self.assertTrue(1 <= int(headers['Retry-After']) <= 87, headers['Retry-After'])
+            self.assertEqual(self.open(daemon, bela), 1001)
+            self.assertEqual(self.post(daemon, '1.jpg', photo(1), 1, anna), 201)
+
     def test_photos_come_by_rpc_as_well(self):
         with Daemon(new_database('rpc'), '--listen', '127.0.0.1:0') as daemon:
             number = self.open(daemon, contributor='anna')

@@ -214,6 +214,7 @@ class Moderation(Case):
         must('hide', db, NAME)  # without a daemon
         self.assertIn('hidden', must('show', db, NAME))
         self.assertEqual(must('hidden', db), f'{NAME} (#4) (anonymous)\n')
+        must('forbid', db, NAME, 'photo0005.jpg', '--reason', f'{NAME} is its twin')
         with Daemon(db) as daemon:
             self.assertEqual(self.tells(daemon, ''), {})
             self.assertEqual(self.ask(daemon, '', 'POST', '/v1/hidden', {'photos': ['#1']})[0], 403)
@@ -251,6 +252,10 @@ class Moderation(Case):
             must('hide', db, '--contribution', '1', '--by', 'kai', '--reason', 'asked')
             self.assertEqual(self.ask(daemon, sender, 'POST', send + '2.jpg', photo(2), JPEG)[0],
                              201)
+            # Who may not see it is not told whose it is.
+            other = make(db, 'olga', 'contributor')
+            code, _, body = self.ask(daemon, other, 'POST', '/v1/contributions/1/close')
+            self.assertEqual((code, WHO.encode() in body), (404, False))
             for token in (viewer, sender):
                 self.assertEqual(json.loads(self.ask(daemon, token, 'GET', '/v1/photos')[2]), [])
                 for path in ('/v1/contributions/1', '/v1/contributions/1/photos'):

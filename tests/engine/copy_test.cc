@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: others write while a copy is read; a removal meanwhile names the copy; of a database that
-//   cannot be read there is no copy, and the journal says so.
+//   cannot be read there is no copy, nor where it is stopped, and the journal says so.
 // Method: a file system that stops a copy where it opens the first table of the copy, until
 //   another thread has written; a copy of damaged photos.
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
+#include <stop_token>
 #include <thread>
 
 #include "tests/engine/street_fixture.h"
@@ -66,6 +67,28 @@ TEST(Copy, IsReadWhileOthersWrite) {
   ASSERT_OK(opened);
   EXPECT_EQ((*opened)->Ask().Camera("late").status().code(), StatusCode::kNotFound);
   EXPECT_OK((*opened)->Ask().Image("#1"));
+}
+
+// As the daemon stops one when it ends itself.
+TEST(Copy, ThatIsStoppedIsDeleted) {
+  const TemporaryFolder folder;
+  const std::string copy = folder / "copy";
+  std::stop_source stop;
+  CityOptions options = City::Options(2);
+  options.database.file_system =
+      std::make_shared<OnFirstTable>("/copy/", [&] { stop.request_stop(); });
+  City city(options);
+  city.Add({{6.0, 90}});
+  ASSERT_OK(city.parts().database->Compact());
+  const Status stopped = city.engine().Copy(copy, stop.get_token());
+  EXPECT_EQ(stopped.code(), StatusCode::kCancelled) << stopped.message();
+  EXPECT_NE(stopped.message().find("deleted"), std::string::npos) << stopped.message();
+  EXPECT_FALSE(std::filesystem::exists(copy));
+  const std::vector<std::string> entries = {"backup " + copy, "backup-deleted " + copy};
+  EXPECT_EQ(BackupEntries(city.Ask().snapshot()), entries);
+  EXPECT_EQ(city.engine().Copy(copy, stop.get_token()).code(), StatusCode::kCancelled);
+  EXPECT_FALSE(std::filesystem::exists(copy)) << "it does not begin";
+  EXPECT_EQ(BackupEntries(city.Ask().snapshot()), entries);
 }
 
 TEST(Copy, OfADamagedDatabaseThereIsNone) {

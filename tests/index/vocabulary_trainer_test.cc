@@ -24,6 +24,15 @@ TrainedVocabulary Train(const std::vector<uint8_t>& descriptors,
   return std::move(trained).value();
 }
 
+TEST(VocabularyTrainer, IsStopped) {
+  std::stop_source stop;
+  stop.request_stop();
+  ThreadPool pool(1);
+  const std::vector<uint8_t> descriptors = RandomDescriptors(100, 1);
+  EXPECT_EQ(TrainVocabulary(descriptors, {}, pool, stop.get_token()).status().code(),
+            StatusCode::kCancelled);
+}
+
 TEST(VocabularyTrainer, DoesNotDependOnThreads) {
   const std::vector<uint8_t> descriptors = ClusteredDescriptors(20'000, 300, 40, 1);
   VocabularyTrainerOptions options;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: what computes is told from what does not, commands from both, and those who ask from each
-//   other.
+// Goal: what computes is told from what does not, what writes, removals and commands from both, and
+//   those who ask from each other.
 // Method: the routes that there are.
 #include "cli/service/asked_work.h"
 
@@ -34,14 +34,32 @@ TEST(AskedWork, WhatComputesIsLong) {
                                    "GET/v1/reconstructions/*/surface/tiles/*"}));
 }
 
-TEST(AskedWork, RemovalsAndGeoreferencingAreCommandsAsTheOwnersAre) {
-  EXPECT_EQ(RoutesOfKind(WorkKind::kCommand),
-            (std::set<std::string>{"POST/v1/removals", "POST/v1/georeference",
-                                   "DELETE/v1/contributions/*"}));
+TEST(AskedWork, GeoreferencingIsACommandAsTheOwnersAre) {
+  EXPECT_EQ(RoutesOfKind(WorkKind::kCommand), std::set<std::string>{"POST/v1/georeference"});
   for (const CityRoute& route : ListRoutes()) {
     if (route.is_for_owner_alone) {
       EXPECT_EQ(WorkKindOf(route), WorkKind::kCommand) << route.path.back();
     }
+  }
+}
+
+TEST(AskedWork, RemovalsAreOfAKindOfTheirOwn) {
+  EXPECT_EQ(RoutesOfKind(WorkKind::kRemoval),
+            (std::set<std::string>{"POST/v1/removals", "DELETE/v1/contributions/*"}));
+}
+
+TEST(AskedWork, WhatWritesIsAChangeUnlessItIsAPhoto) {
+  EXPECT_EQ(RoutesOfKind(WorkKind::kChange),
+            (std::set<std::string>{"POST/v1/allowed", "POST/v1/cameras", "POST/v1/contributions",
+                                   "POST/v1/contributions/*/close", "POST/v1/forbidden",
+                                   "POST/v1/hidden", "POST/v1/links", "POST/v1/links/*/revoke",
+                                   "POST/v1/photos/*/report", "POST/v1/reports/*/dismiss",
+                                   "POST/v1/shown", "POST/v1/tokens", "POST/v1/tokens/*/revoke"}));
+  for (const std::string& route : RoutesOfKind(WorkKind::kShort)) {
+    const std::set<std::string> others = {
+        "POST/v1/photos", "POST/v1/dense/pause", "POST/v1/tus",        "POST/v1/dense/resume",
+        "PATCH/v1/tus/*", "DELETE/v1/tus/*",     "POST/v1/stac/search"};
+    EXPECT_TRUE(route.starts_with("GET") || others.contains(route)) << route;
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: requests are answered from any thread, once each, until the service has gone; events go on
 //   from where they are asked for; a closing service is alive and not ready; while the files are
-//   opened again, questions wait.
+//   opened again, questions wait; who waits for the writer's turn, and commands, hold up no others.
 // Method: a database of the test's own, requests as the connections hand them over.
 #include "cli/service/city_service.h"
 
@@ -15,6 +15,7 @@
 #include <stop_token>
 #include <thread>
 
+#include "engine/parts.h"
 #include "tests/engine/street_fixture.h"
 #include "tests/option_bounds.h"
 
@@ -42,6 +43,20 @@ class CityServiceTest : public testing::Test {
     std::promise<HttpAnswer> answer;
     service_->Handle(request, [&](HttpAnswer a) { answer.set_value(std::move(a)); });
     return answer.get_future().get();
+  }
+
+  // The code of the answer to the owner; 0 where it takes long.
+  uint32_t AskSoon(const std::string& method, std::vector<std::string> path,
+                   const std::string& body = "") {
+    HttpRequest request;
+    request.method = method;
+    request.path = std::move(path);
+    request.is_of_owner = true;
+    request.body.assign(body.begin(), body.end());
+    const auto code = std::make_shared<std::promise<uint32_t>>();  // it may be answered later
+    service_->Handle(request, [code](const HttpAnswer& answer) { code->set_value(answer.code); });
+    std::future<uint32_t> told = code->get_future();
+    return told.wait_for(std::chrono::seconds(20)) == std::future_status::ready ? told.get() : 0;
   }
 
   CityEvents EventsFrom(uint64_t first) {
@@ -149,6 +164,49 @@ TEST_F(CityServiceTest, ThirdCommandsAreSentAway) {
   ask();  // the places of those before were given back
   while (done + sent_away == 0) std::this_thread::yield();
   EXPECT_EQ(done, 1u);
+}
+
+// Of those who write while somebody else holds the writer's turn.
+TEST_F(CityServiceTest, ChangesThatWaitForTheWriterHoldNobodyElseUp) {
+  std::atomic<size_t> opened = 0;
+  constexpr size_t kCount = 20;
+  HttpRequest contribution;
+  contribution.method = "POST";
+  contribution.path = {"v1", "contributions"};
+  contribution.content_type = "application/json";
+  contribution.body = {'{', '}'};
+  contribution.may_name_others = true;
+  {
+    const Writer::Turn turn = EngineParts::Of(*engine_).writer->Take();
+    for (size_t i = 0; i < kCount; ++i) {
+      service_->Handle(contribution, [&](const HttpAnswer& answer) {
+        EXPECT_EQ(answer.code, 201u) << answer.body;
+        ++opened;
+      });
+    }
+    EXPECT_EQ(AskSoon("GET", {"v1", "status"}), 200u);
+    EXPECT_EQ(AskSoon("GET", {"v1", "journal"}), 200u);
+    EXPECT_EQ(opened, 0u);
+  }
+  while (opened < kCount) std::this_thread::yield();
+}
+
+TEST_F(CityServiceTest, RemovalsAreTakenWhileTwoCommandsAreAtWork) {
+  HttpRequest command;
+  command.method = "POST";
+  command.path = {"v1", "georeference"};
+  command.query = {{"forget", "yes"}};
+  command.is_of_owner = true;
+  std::atomic<size_t> ended = 0;
+  {
+    const Writer::Turn turn = EngineParts::Of(*engine_).writer->Take();
+    for (size_t i = 0; i < 2; ++i) service_->Handle(command, [&](const HttpAnswer&) { ++ended; });
+    EXPECT_EQ(AskSoon("POST", {"v1", "georeference"}), 503u) << "two are at work";
+    EXPECT_EQ(AskSoon("POST", {"v1", "removals"}, R"({"photos": ["none.jpg"], "actor": "kai"})"),
+              404u);
+    EXPECT_EQ(AskSoon("DELETE", {"v1", "contributions", "7"}), 404u);
+  }
+  while (ended < 2) std::this_thread::yield();
 }
 
 TEST_F(CityServiceTest, TooManyOfOneAreToldToComeAgain) {

@@ -86,6 +86,16 @@ TEST_F(QuotasTest, WhatIsGivenUpLaterIsGivenBackAsFarAsTheDayHasNotDoneIt) {
   EXPECT_NE(Wait(quotas_.TakePhoto(Of(2), 12'001)), 0) << "the other half has filled, or will";
 }
 
+TEST_F(QuotasTest, ContributionsADay) {
+  for (int i = 0; i < 1'000; ++i) EXPECT_EQ(Wait(quotas_.TakeContribution(Of(1))), 0) << i;
+  EXPECT_EQ(Wait(quotas_.TakeContribution(Of(1))), 87);
+  EXPECT_EQ(Wait(quotas_.TakeContribution(Of(2))), 0) << "another token";
+  EXPECT_EQ(Wait(quotas_.TakePhoto(Of(1), 10)), 0) << "photos are counted apart";
+  Pass(86.5);
+  EXPECT_EQ(Wait(quotas_.TakeContribution(Of(1))), 0);
+  EXPECT_NE(Wait(quotas_.TakeContribution(Of(1))), 0);
+}
+
 TEST_F(QuotasTest, ATokensOwnQuotaCounts) {
   EXPECT_EQ(Wait(quotas_.TakePhoto(Of(1, {1, 0, 0}), 10)), 0);
   EXPECT_EQ(Wait(quotas_.TakePhoto(Of(1, {1, 0, 0}), 10)), 86'400);
@@ -98,6 +108,9 @@ TEST_F(QuotasTest, TheOwnerHasNone) {
   for (int i = 0; i < 100; ++i) {
     EXPECT_EQ(Wait(quotas_.TakeRequest(Of(0))), 0);
     EXPECT_EQ(Wait(quotas_.TakePhoto(Of(0), 1'000'000'000)), 0);
+  }
+  for (int i = 0; i < 1'001; ++i) {
+    EXPECT_EQ(Wait(quotas_.TakeContribution(Of(0))), 0);
   }
 }
 

@@ -35,9 +35,16 @@ class JournalSight : public testing::Test {
     EXPECT_EQ(entry.sequence, 4u);
     EXPECT_EQ(entry.time_unix_s, 9);
     EXPECT_EQ(entry.action, action);
-    EXPECT_EQ(entry.actor.empty(), entry.detail.empty());
+    EXPECT_TRUE(!entry.actor.empty() || entry.detail.empty());
     EXPECT_EQ(entry.image.valid(), image.valid() && !entry.actor.empty());
     return entry.actor;
+  }
+  // The detail that is left of an entry.
+  std::string Detail(const std::string& action, ImageId image, const std::string& detail,
+                     const Sight& sight = {.sees_hidden = false}) {
+    std::vector<JournalAnswer> entries = {{4, 9, "anna", action, image, {}, detail}};
+    EXPECT_OK(MaskEntries({*database_->GetSnapshot(), sight}, &entries));
+    return entries.front().detail;
   }
 
   const TemporaryFolder folder_;
@@ -55,6 +62,20 @@ TEST_F(JournalSight, TellsNothingOfWhatIsHidden) {
   EXPECT_EQ(Told("add", ImageId(1), "placed", {}), "anna") << "to curators";
 }
 
+TEST_F(JournalSight, NoDetailNamesWhatIsHidden) {
+  const std::string hidden = "images 1 and 6: they are twins", seen = "images 5 and 6";
+  for (const char* action : {"forbid", "allow"}) {
+    EXPECT_EQ(Detail(action, {}, hidden), "") << action;
+    EXPECT_EQ(Detail(action, {}, "images 6 and 1"), "") << action;
+    EXPECT_EQ(Detail(action, {}, seen), seen) << action;
+    EXPECT_EQ(Detail(action, {}, hidden, {}), hidden) << "to curators";
+    EXPECT_EQ(Told(action, {}, hidden), "anna") << "that there is one is told";
+  }
+  EXPECT_EQ(Detail("add", ImageId(5), "founded with image 2"), "") << "hidden in a contribution";
+  EXPECT_EQ(Detail("add", ImageId(5), "founded with image 6"), "founded with image 6");
+  EXPECT_EQ(Detail("adjust", {}, "1 images, image, images and 1"), "1 images, image, images and 1");
+}
+
 TEST_F(JournalSight, WhoComplainsAndHidesIsForCurators) {
   for (const char* action : {"hide", "unhide", "report", "dismiss"}) {
     EXPECT_EQ(Told(action, ImageId(5), "why"), "") << action;
@@ -69,6 +90,19 @@ TEST_F(JournalSight, APartIsToldOfItselfAlone) {
   EXPECT_EQ(Told("contribution", {}, "opened 3", part), "anna");
   EXPECT_EQ(Told("contribution", {}, "opened 4", part), "");
   EXPECT_EQ(Told("adjust", {}, "5 images", part), "");
+}
+
+// A merge that is refused is about another reconstruction as well, and details name what is beside.
+TEST_F(JournalSight, APartIsToldOfNothingBesideIt) {
+  const Sight part{.contribution = 3};
+  EXPECT_EQ(Told("hypothesis", ImageId(2), "refused: reconstruction 7 looks alike", part), "");
+  EXPECT_EQ(Told("hypothesis", ImageId(2), "refused", {.sees_hidden = true}), "anna");
+  EXPECT_EQ(Detail("add", ImageId(2), "placed in reconstruction 7", part), "");
+  EXPECT_EQ(Detail("contribution", {}, "opened 3", part), "opened 3") << "it names itself alone";
+  std::vector<JournalAnswer> entries = {{4, 9, "anna", "add", ImageId(2), ReconstructionId(7), ""}};
+  EXPECT_OK(MaskEntries({*database_->GetSnapshot(), part}, &entries));
+  EXPECT_FALSE(entries.front().reconstruction.valid()) << "no photo of the part stands there now";
+  EXPECT_TRUE(entries.front().image.valid());
 }
 
 }  // namespace

@@ -31,8 +31,8 @@ class UnsurePosesTest : public testing::Test {
     ASSERT_OK(transaction->Commit());
   }
   std::shared_ptr<const Snapshot> Snap() const { return city_.parts().database->GetSnapshot(); }
-  ImageAnswer Answer(uint32_t id) const {
-    auto answer = ImageAnswerOf(*Snap(), *Snap()->GetImage(ImageId(id)), &cache_);
+  ImageAnswer Answer(uint32_t id, const Sight& sight = {}) const {
+    auto answer = ImageAnswerOf(*Snap(), *Snap()->GetImage(ImageId(id)), &cache_, sight);
     EXPECT_OK(answer);
     return answer.ok() ? *std::move(answer) : ImageAnswer();
   }
@@ -66,6 +66,15 @@ TEST_F(UnsurePosesTest, ItsPoseIsNotTold) {
   EXPECT_TRUE(sure.may_stand_in.empty());
   EXPECT_TRUE(sure.cam_from_world);
   EXPECT_TRUE(UncertaintyOf(*Snap(), ImageId(3), &cache_)->has_value());
+}
+
+// That it may stand elsewhere is told, for its pose is not, and not where that is.
+TEST_F(UnsurePosesTest, WhoSeesOneReconstructionIsToldOfNoOther) {
+  Put(kOwn, kSecond, {ImageId(2)});
+  Put(kOwn, kThird, {ImageId(2)});
+  const ImageAnswer answer = Answer(2, {.reconstruction = kOwn});
+  EXPECT_EQ(answer.may_stand_in, std::vector{kOwn});
+  EXPECT_FALSE(answer.cam_from_world);
 }
 
 TEST_F(UnsurePosesTest, WhoHasLostItsPoseIsNotMeant) {

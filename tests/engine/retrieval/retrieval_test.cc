@@ -103,8 +103,9 @@ class PhotoCity {
     transaction->PutImage(image);
     ASSERT_OK(transaction->Commit());
   }
-  Result<Retrieval::Prepared> Train(const VocabularyRequest& request = {}) {
-    return retrieval_.Train(database_.get(), &pool_, request);
+  Result<Retrieval::Prepared> Train(const VocabularyRequest& request = {},
+                                    const std::stop_token& stop = {}) {
+    return retrieval_.Train(database_.get(), &pool_, request, stop);
   }
   Status Activate(Retrieval::Prepared prepared) {
     return retrieval_.Activate(database_.get(), std::move(prepared));
@@ -351,6 +352,16 @@ TEST(EngineRetrieval, TrainsTheShapeThatIsAskedFor) {
   EXPECT_LE(prepared->info.leaf_count, 64u);
   ASSERT_OK(city.Activate(std::move(*prepared)));
   EXPECT_EQ(city.Candidates(*city.Look(), ImageId(3)).at(0), (RankedImage{ImageId(3), 1.0}));
+}
+
+TEST(EngineRetrieval, TrainingThatIsStoppedChangesNothing) {
+  PhotoCity city;
+  city.AddUntil(5);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(city.Train({}, stop.get_token()).status().code(), StatusCode::kCancelled);
+  EXPECT_EQ(city.State().vocabulary_generation, 0u);
+  EXPECT_OK(city.Train());
 }
 
 TEST(EngineRetrieval, RefusesAShapeOutsideItsBounds) {
