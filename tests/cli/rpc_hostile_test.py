@@ -307,6 +307,22 @@ class Hostile(Case):
                     following.wait()
                 self.assertEqual(raised.exception.code, 401)
 
+    def test_a_long_message_waits_for_the_login_before_it(self):
+        """Calls that are sent ahead of the login's answer may be long, and those of a stranger are
+        not read."""
+        long = call(2, *veduta_rpc.METHODS['City.pose'], {'promisedAnswer': {
+            'questionId': 1, 'transform': [{'getPointerField': 0}]}},
+            {'content': ('City.pose()', {'photo': 'x' * 100_000})})
+        frames = [veduta_rpc.frame(message) for message in (BOOTSTRAP, login(), long)]
+        with contextlib.closing(self.socket()) as client:
+            client.sendall(b''.join(bytes(frame) for frame in frames))
+            told = b''
+            while b'longer than' not in told:  # the answer to the long one
+                told += client.recv(1 << 16)
+        start = time.monotonic()
+        self.assertTrue(self.is_closed(bytes(frames[0]) + bytes(frames[2])))
+        self.assertGreater(time.monotonic() - start, LOGIN_S - 2)
+
     def test_who_does_not_read_holds_up_nobody(self):
         """Asks for points again and again and reads none of them: others are answered, and the
         daemon takes no more of its calls."""
