@@ -106,6 +106,7 @@ Result<std::optional<TokenAnswer>> Questions::CheckToken(const std::string& text
   std::string_view rest = text;
   if (!rest.starts_with(kMark)) return std::optional<TokenAnswer>();
   rest.remove_prefix(kMark.size());
+  if (rest.starts_with('0')) return std::optional<TokenAnswer>();  // a token has one spelling
   uint32_t number = 0;
   const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), number);
   if (error != std::errc() || end == rest.data() + rest.size() || *end != '-')

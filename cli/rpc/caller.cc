@@ -9,9 +9,16 @@ std::shared_ptr<BudgetShare> TakeOne(const std::shared_ptr<Budget>& budget, cons
   return share;
 }
 
+void Caller::LogIn() {
+  token_number_ = Check("GET", {"v1", "status"}).token_number;
+  session_->has_logged_in = true;
+}
+
 std::string Caller::asker() const {
-  if (session_->is_of_owner) return "owner";
-  return service().asks_for_tokens() ? token_ : "";
+  HttpRequest request;
+  request.is_of_owner = session_->is_of_owner;
+  request.token_number = token_number_;
+  return AskerOf(request);
 }
 
 HttpRequest Caller::Check(const char* method, std::vector<std::string> path,

@@ -63,7 +63,7 @@ struct RpcSession {
 // which `what` says what they are.
 std::shared_ptr<BudgetShare> TakeOne(const std::shared_ptr<Budget>& budget, const char* what);
 
-// Somebody who has logged in. Copies stand for the same one.
+// Somebody who logs in, or has done so. Copies stand for the same one.
 class Caller final {
  public:
   Caller(std::shared_ptr<RpcSession> session, std::string token)
@@ -71,6 +71,10 @@ class Caller final {
 
   RpcSession& session() const { return *session_; }
   CityService& service() const { return *session_->shared.service; }
+
+  // Notes whose token it is. Throws where it is not let in: it may ask what the least of all roles
+  // may, as Check has it.
+  void LogIn();
 
   // Throws where the caller may not make the request of HTTP that asks for the same: the table of
   // routes is that of both. Otherwise that request, with whose token it is; each counts in the
@@ -108,6 +112,7 @@ class Caller final {
 
   std::shared_ptr<RpcSession> session_;
   std::string token_;
+  uint32_t token_number_ = 0;  // 0: there is none
 };
 
 }  // namespace veduta

@@ -41,9 +41,8 @@ struct FoundPoints {
 }  // namespace
 
 kj::Promise<void> GateServer::login(LoginContext context) {
-  const Caller caller(session_, ShortText(context.getParams().getToken(), "token"));
-  caller.Check("GET", {"v1", "status"});  // which the least of all roles may
-  session_->has_logged_in = true;
+  Caller caller(session_, ShortText(context.getParams().getToken(), "token"));
+  caller.LogIn();
   context.getResults().setCity(kj::heap<CityServer>(caller));
   context.getResults().setVersion(rpc::VERSION);
   return kj::READY_NOW;

@@ -15,7 +15,8 @@
 namespace veduta {
 namespace {
 
-// Between two looks at whether the client has read enough to be listened to again.
+// Between two looks at whether the client has read enough, or has logged in, to be listened to
+// again.
 constexpr kj::Duration kPause = 5 * kj::MILLISECONDS;
 
 static_assert(std::endian::native == std::endian::little, "lengths of segments are little-endian");
@@ -32,7 +33,9 @@ kj::Promise<kj::Maybe<capnp::MessageReaderAndFds>> GuardedStream::tryReadMessage
     kj::ArrayPtr<kj::AutoCloseFd> fds, capnp::ReaderOptions options,
     kj::ArrayPtr<capnp::word> scratch) {
   using Came = kj::Maybe<capnp::MessageReaderAndFds>;
-  if (queue_bytes_ && queue_bytes_() > limits_.queue_bytes_max) {
+  const size_t queue_bytes_max =
+      is_stranger() ? limits_.queue_bytes_max_of_stranger : limits_.queue_bytes_max;
+  if (queue_bytes_ && queue_bytes_() > queue_bytes_max) {
     return timer_.afterDelay(kPause).then(
         [this, fds, options, scratch] { return tryReadMessage(fds, options, scratch); });
   }
@@ -86,6 +89,12 @@ kj::Promise<GuardedStream::Message> GuardedStream::ReadBody(kj::Array<capnp::wor
     kj::throwFatalException(Failure(413, "a message has " + std::to_string(words) +
                                              " words of 8 bytes, and may have " +
                                              std::to_string(limits_.words_max)));
+  }
+  // The login may be among the messages before this one, and not have been answered yet.
+  if (words > limits_.words_max_of_stranger && is_stranger()) {
+    return timer_.afterDelay(kPause).then([this, options, table = kj::mv(table)]() mutable {
+      return ReadBody(kj::mv(table), options);
+    });
   }
   auto all = kj::heapArray<capnp::word>(words);
   std::memcpy(all.begin(), table.begin(), table.asBytes().size());

@@ -23,6 +23,10 @@ struct MessageLimits {
   size_t questions_max = 4096;
   // While so many bytes of answers wait for the client to read them, nothing more is read of it.
   size_t queue_bytes_max = 4 << 20;
+  // The same of a client that has not logged in: all connections together may be strangers', so
+  // these have to be small. A longer message waits for the login that was sent before it.
+  uint64_t words_max_of_stranger = 2 << 10;
+  size_t queue_bytes_max_of_stranger = 64 << 10;
 };
 
 // Reads messages by itself, and has Cap'n Proto write them. What breaks a limit rejects the
@@ -39,6 +43,10 @@ class GuardedStream final : public capnp::MessageStream {
 
   // Tells how many bytes of answers wait to be sent. To be set before the first message is read.
   void AskQueue(std::function<size_t()> queue_bytes) { queue_bytes_ = std::move(queue_bytes); }
+
+  // Tells whether the client is one that has not logged in. To be set before the first message is
+  // read; until then it is none.
+  void AskStranger(std::function<bool()> is_stranger) { is_stranger_ = std::move(is_stranger); }
 
   // When the last message was complete, by the timer; before the first one, when this was made.
   kj::TimePoint last_read() const { return last_read_; }
@@ -65,7 +73,9 @@ class GuardedStream final : public capnp::MessageStream {
   // Takes all these bytes: from the buffer, and what is not there yet from the stream.
   kj::Promise<void> Read(kj::ArrayPtr<kj::byte> bytes);
   kj::Promise<Message> ReadMessage(capnp::ReaderOptions options);
+  // Reads what follows the table of segments, once so long a message may come.
   kj::Promise<Message> ReadBody(kj::Array<capnp::word> table, capnp::ReaderOptions options);
+  bool is_stranger() const { return is_stranger_ && is_stranger_(); }
   // Counts the questions that are open.
   void Count(capnp::MessageReader* message);
 
@@ -74,6 +84,7 @@ class GuardedStream final : public capnp::MessageStream {
   const MessageLimits limits_;
   capnp::AsyncIoMessageStream written_;
   std::function<size_t()> queue_bytes_;
+  std::function<bool()> is_stranger_;
   // What has come and was not taken: small messages, which come together, are read at once. Chosen
   // by hand.
   kj::Array<kj::byte> buffer_ = kj::heapArray<kj::byte>(4096);

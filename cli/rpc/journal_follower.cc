@@ -20,15 +20,19 @@ Result<JournalPage> ReadJournal(const Engine& engine, const Sight& sight, uint64
 
 JournalFollower::JournalFollower(Caller caller, rpc::Watcher::Client watcher)
     : caller_(std::move(caller)),
+      asked_(caller_.Check("GET", {"v1", "events"})),
       place_(TakeOne(caller_.session().watchers, "watchers of yours follow the city")),
       watcher_(kj::mv(watcher)) {}
 
 kj::Promise<void> JournalFollower::Tell(uint64_t first) {
-  const Sight sight = caller_.Check("GET", {"v1", "events"}).sight;
-  return caller_
-      .Ask<JournalPage>([first, sight](Engine* engine) {
-        return ReadJournal(*engine, sight, first, kEntriesMax);
-      })
+  if (!caller_.service().StillAllows(&asked_))
+    return Failure(401, "the token has expired, or was revoked");
+  // It may throw instead of promising, and that must reach the handler below, too.
+  return kj::evalNow([this, first] {
+           return caller_.Ask<JournalPage>([first, sight = asked_.sight](Engine* engine) {
+             return ReadJournal(*engine, sight, first, kEntriesMax);
+           });
+         })
       .then(
           [this, first](const JournalPage& page) {
             return page.entries.empty() ? TellLater(first) : TellPage(page);

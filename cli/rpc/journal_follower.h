@@ -24,10 +24,12 @@ Result<JournalPage> ReadJournal(const Engine& engine, const Sight& sight, uint64
 
 class JournalFollower final {
  public:
-  // Throws 429 where the session has too many.
+  // Throws where the caller may not follow, which counts in the token's quota this once, and 429
+  // where the session has too many.
   JournalFollower(Caller caller, rpc::Watcher::Client watcher);
 
-  // Tells the watcher from the entry `first` on, until it fails. To be dropped before this is.
+  // Tells the watcher from the entry `first` on, until it fails: with 401 where the token is not
+  // good any more. To be dropped before this is.
   kj::Promise<void> Tell(uint64_t first);
 
  private:
@@ -35,6 +37,7 @@ class JournalFollower final {
   kj::Promise<void> TellPage(const JournalPage& page);
 
   const Caller caller_;
+  HttpRequest asked_;  // that was let in; what may be told is looked up anew
   const std::shared_ptr<BudgetShare> place_;
   rpc::Watcher::Client watcher_;
 };

@@ -14,6 +14,9 @@ namespace {
 // How long all of a photo may take to come, as by HTTP.
 constexpr kj::Duration kPhotoTime = 10 * kj::MINUTES;
 
+// How long a photo is held after the last question about it, as a connection may rest.
+constexpr kj::Duration kRestTime = 10 * kj::MINUTES;
+
 // Candidates that are told where no number is given, and at most: as by HTTP.
 constexpr uint32_t kCandidatesDefault = 20, kCandidatesMax = 100'000;
 
@@ -118,7 +121,18 @@ kj::Promise<void> ExaminationServer::write(WriteContext context) {
 }
 
 std::function<PhotoSource()> ExaminationServer::Photo() {
+  if (was_dropped_) {
+    kj::throwFatalException(
+        Failure(408, "nothing was asked about the photo for 10 minutes: send it again"));
+  }
   if (!whole_) whole_ = std::make_shared<const ArrivingPhoto::Whole>(photo_.Take());
+  rest_ = caller_.session()
+              .timer.afterDelay(kRestTime)
+              .then([this] {
+                was_dropped_ = true;
+                whole_ = nullptr;  // questions that are at work hold what they need
+              })
+              .eagerlyEvaluate(nullptr);
   return [name = name_, whole = whole_]() -> PhotoSource { return {name, "", whole->bytes}; };
 }
 

@@ -72,13 +72,16 @@ class ExaminationServer final : public rpc::Examination::Server {
   kj::Promise<void> candidates(CandidatesContext context) override;
 
  private:
-  // What makes a copy of the photo for a question, on the thread that answers it.
+  // What makes a copy of the photo for a question, on the thread that answers it. The photo is held
+  // for a while from then on, in case of another question. Throws 408 once that has passed.
   std::function<PhotoSource()> Photo();
 
   const Caller caller_;
   const std::string name_;
   ArrivingPhoto photo_;
   std::shared_ptr<const ArrivingPhoto::Whole> whole_;  // once something was asked
+  bool was_dropped_ = false;                           // it rested too long
+  kj::Promise<void> rest_ = kj::READY_NOW;
 };
 
 }  // namespace veduta

@@ -33,6 +33,7 @@ RpcConnection::RpcConnection(kj::Own<kj::AsyncIoStream> stream, std::shared_ptr<
       network_(stream_, capnp::rpc::twoparty::Side::SERVER, Reading()),
       system_(capnp::makeRpcServer(network_, kj::heap<GateServer>(session_))) {
   stream_.AskQueue([this] { return network_.getCurrentQueueSize(); });
+  stream_.AskStranger([this] { return !session_->has_logged_in; });
   system_.setFlowLimit(kFlowWords);
 }
 

@@ -113,7 +113,7 @@ interface Ticket {
 }
 
 # A photo that is asked about. Questions may be asked as soon as the last chunk was written; no
-# chunk can follow the first question.
+# chunk can follow the first question. 10 minutes after the last question the photo is dropped: 408.
 interface Examination extends(PhotoSink) {
   # Viewer. Where the photo was taken. `camera` is the name of a camera, empty: to be estimated. It
   # is sought first near the stored photo `near`, and near `place`, "LATITUDE,LONGITUDE" in degrees,

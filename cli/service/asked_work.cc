@@ -44,7 +44,9 @@ WorkKind WorkKindOf(const CityRoute& route) {
 
 std::string AskerOf(const HttpRequest& request) {
   if (request.is_of_owner) return "owner";
-  return request.token_number != 0 ? request.token : SenderOf(request.address);
+  // By the number and not by the text: one token has one turn, however it is spelled.
+  if (request.token_number != 0) return "token " + std::to_string(request.token_number);
+  return SenderOf(request.address);
 }
 
 }  // namespace veduta

@@ -14,6 +14,10 @@ constexpr size_t kPieceBytes = 256 << 10;
 // Where a body is handed over in parts, one has so much or a piece more. As many connections as
 // there may be fit into the memory for bodies.
 constexpr size_t kPartBytes = 768 << 10;
+// A body that is no larger is taken also where those of others fill the memory: somebody revokes a
+// token or hides a photo by it. As many as there may be connections have 32 MiB. Chosen by hand, as
+// that of small answers.
+constexpr size_t kSmallBodyBytes = 64 << 10;
 
 }  // namespace
 
@@ -60,10 +64,12 @@ bool BodyReader::Fits(uint64_t bytes, Arriving* arriving) const {
 
 bool BodyReader::Reserve(Arriving* arriving, uint64_t bytes) const {
   if (!Fits(bytes, arriving)) return false;
-  if (!arriving->share->Grow(bytes)) {
+  const bool may_exceed = bytes <= kSmallBodyBytes || arriving->request.is_of_owner;
+  if (!arriving->share->Grow(bytes) && !may_exceed) {
     arriving->refusal = ComeAgain(
         429, "the bodies that are arriving fill the memory: send this one again later", 5);
   }
+  if (!arriving->refusal) arriving->come_bytes = bytes;
   return !arriving->refusal;
 }
 

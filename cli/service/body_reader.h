@@ -5,6 +5,7 @@
 #include <kj/async-io.h>
 #include <kj/timer.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -22,6 +23,7 @@ struct Arriving {
 
   HttpRequest request;
   std::shared_ptr<BudgetShare> share;
+  size_t come_bytes = 0;              // of the body
   std::optional<HttpAnswer> refusal;  // why no more of it was read
   bool has_ended = false;             // all of the body has come
 };
@@ -31,9 +33,10 @@ class BodyReader final {
  public:
   BodyReader(kj::Timer* timer, uint64_t bytes_max) : timer_(*timer), bytes_max_(bytes_max) {}
 
-  // Reads until the end, or sets arriving->refusal. Fails where the connection breaks
-  // (DISCONNECTED), or takes too long for a piece (OVERLOADED): so much of the body as its share
-  // has taken has come then. The body and this reader must live until it is done.
+  // Reads until the end, or sets arriving->refusal: 413 where the body is too large, 429 where the
+  // bodies of others fill the memory, unless it is the owner's or small. Fails where the connection
+  // breaks (DISCONNECTED), or takes too long for a piece (OVERLOADED): come_bytes of the body have
+  // come then. The body and this reader must live until it is done.
   kj::Promise<void> ReadAll(kj::AsyncInputStream& body, std::shared_ptr<Arriving> arriving) const;
   // The same until there is enough for a part.
   kj::Promise<void> ReadPart(kj::AsyncInputStream& body, std::shared_ptr<Arriving> arriving) const;

@@ -340,7 +340,7 @@ std::vector<CityRoute> RoutesOfCity() {
       {"GET", {"v1", "status"}, {}, GetStatus},
       {"GET", {"v1", "cameras"}, {}, ListCameras, true},
       {"POST", {"v1", "cameras"}, {}, AddCamera, false, false, kCurates},
-      {"GET", {"v1", "cameras", "*"}, {}, GetCamera, true, true},
+      {"GET", {"v1", "cameras", "*"}, {}, GetCamera, true},
       {"GET", {"v1", "photos", "*"}, {}, GetPhoto, true, true},
       {"GET", {"v1", "photos", "*", "pose"}, {}, GetPose, true, true},
       {"GET", {"v1", "photos", "*", "geopose"}, {"form"}, GetGeoPose, true, true},

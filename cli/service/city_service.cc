@@ -186,7 +186,9 @@ bool CityService::StillAllows(HttpRequest* request) const {
   auto found = FindRoute(*request);
   const auto* const match = std::get_if<RouteMatch>(&found);
   if (match == nullptr) return false;
+  const Sight before = request->sight;
   const auto refusal = gatekeeper_.Refuse(*engine_, *match->route, request);
+  if (refusal) request->sight = before;  // a link for a part of the city is for no more than that
   return !refusal || refusal->code == 503;  // its token cannot be read now, and is asked for again
 }
 

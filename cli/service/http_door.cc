@@ -256,7 +256,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
         .then([this, &body, arriving, next, deadline, so_far = std::move(so_far),
                &response](Cut cut) mutable -> kj::Promise<void> {
           if (arriving->refusal) return Send(*std::move(arriving->refusal), response);
-          arriving->request.body.resize(arriving->share->taken);
+          arriving->request.body.resize(arriving->come_bytes);
           const bool is_last = arriving->has_ended || cut != nullptr;
           if (arriving->request.body.empty() && so_far && is_last)
             return EndParts(kj::mv(cut), *std::move(so_far), response);

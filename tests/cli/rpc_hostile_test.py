@@ -287,6 +287,42 @@ class Hostile(Case):
             self.assertEqual(len(told), 1)
             self.assertEqual(told[0][1].next, told[0][1].entries[-1].number + 1)
 
+    def test_who_follows_is_one_request_until_the_token_is_revoked(self):
+        db = new_database('followed')
+        rules, token = (must('token', 'create', db, name, '--role', role, *more).strip()
+                        for name, role, more in (('ada', 'admin', ()), (
+                            'vera', 'viewer', ('--requests-per-second', '1'))))
+        with Daemon(db, '--listen', '127.0.0.1:0') as daemon:
+            with veduta_rpc.connect(daemon.started['rpc'], token) as city:
+                # Ten requests may come at once, and it looks for news three times a second.
+                self.assertEqual(list(city.follow(1_000_000, 6)), [])
+                _, _, metrics = daemon.ask('GET', '/metrics',
+                                           headers={'Authorization': 'Bearer ' + rules})
+                self.assertIn(b'{request="GET /v1/events",code="200"} 1\n', metrics)
+                following = city.city.call('City.follow', exports=[0],
+                                           **{'from': 1_000_000, 'watcher': 0})
+                city.status()
+                must('token', 'revoke', db, '2')
+                with self.assertRaises(veduta_rpc.Failure) as raised:
+                    following.wait()
+                self.assertEqual(raised.exception.code, 401)
+
+    def test_a_long_message_waits_for_the_login_before_it(self):
+        """Calls that are sent ahead of the login's answer may be long, and those of a stranger are
+        not read."""
+        long = call(2, *veduta_rpc.METHODS['City.pose'], {'promisedAnswer': {
+            'questionId': 1, 'transform': [{'getPointerField': 0}]}},
+            {'content': ('City.pose()', {'photo': 'x' * 100_000})})
+        frames = [veduta_rpc.frame(message) for message in (BOOTSTRAP, login(), long)]
+        with contextlib.closing(self.socket()) as client:
+            client.sendall(b''.join(bytes(frame) for frame in frames))
+            told = b''
+            while b'longer than' not in told:  # the answer to the long one
+                told += client.recv(1 << 16)
+        start = time.monotonic()
+        self.assertTrue(self.is_closed(bytes(frames[0]) + bytes(frames[2])))
+        self.assertGreater(time.monotonic() - start, LOGIN_S - 2)
+
     def test_who_does_not_read_holds_up_nobody(self):
         """Asks for points again and again and reads none of them: others are answered, and the
         daemon takes no more of its calls."""

@@ -59,6 +59,8 @@ TEST(Tokens, AreKnownByTheirTextAlone) {
     EXPECT_FALSE(Check(city, anna.text.substr(0, i))) << i;
   }
   EXPECT_FALSE(Check(city, anna.text + "A"));
+  std::string longer = anna.text;
+  EXPECT_FALSE(Check(city, longer.insert(anna.text.find('1'), "0"))) << "a token has one spelling";
   // The secret of one under the number of another.
   std::string exchanged = anna.text;
   exchanged[anna.text.find('1')] = '2';

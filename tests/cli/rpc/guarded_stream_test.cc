@@ -167,5 +167,48 @@ TEST_F(GuardedStreamTest, WhoDoesNotReadIsNotListenedTo) {
   EXPECT_EQ(Read(), "");
 }
 
+TEST_F(GuardedStreamTest, WhoHasNotLoggedInIsListenedToLess) {
+  bool is_stranger = true;
+  size_t queue = 65 << 10;
+  stream_.AskQueue([&] { return queue; });
+  stream_.AskStranger([&] { return is_stranger; });
+  Send(Finish(1).asBytes());
+  EXPECT_EQ(Read(), "nothing in 40 s");
+  is_stranger = false;
+  EXPECT_EQ(Read(), "");
+}
+
+TEST_F(GuardedStreamTest, LongMessagesWaitForTheLoginBeforeThem) {
+  for (const bool logs_in : {true, false}) {
+    kj::TwoWayPipe pipe = kj::newTwoWayPipe();
+    GuardedStream stream(pipe.ends[0].get(), &clock_);
+    bool is_stranger = true;
+    stream.AskStranger([&] { return is_stranger; });
+    capnp::MallocMessageBuilder message;  // one segment of just more than 16 KiB
+    message.initRoot<capnp::rpc::Message>()
+        .initCall()
+        .initParams()
+        .getContent()
+        .initAs<capnp::Data>(16 << 10);
+    const auto words = capnp::messageToFlatArray(message);
+    const auto sending = pipe.ends[1]
+                             ->write(words.begin(), words.asBytes().size())
+                             .eagerlyEvaluate([](kj::Exception&&) {});
+    std::string end;
+    auto reading =
+        stream.tryReadMessage(nullptr, capnp::ReaderOptions(), nullptr)
+            .then([&](auto&&) { end = "read"; }, [&](kj::Exception&&) { end = "given up"; })
+            .eagerlyEvaluate(nullptr);
+    wait_scope_.poll();
+    EXPECT_EQ(end, "");
+    is_stranger = !logs_in;
+    for (int s = 0; s < 31; ++s) {
+      clock_.advanceTo(clock_.now() + 1 * kj::SECONDS);
+      wait_scope_.poll();
+    }
+    EXPECT_EQ(end, logs_in ? "read" : "given up");
+  }
+}
+
 }  // namespace
 }  // namespace veduta

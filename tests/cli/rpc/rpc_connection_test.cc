@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: Cap'n Proto's own client in C++ is understood: calls are pipelined, photos are streamed,
-//   what is dropped is given back; a connection that does not log in, rests too long, or does not
+//   what is dropped, and a photo that nobody asks about any more, is given back; a connection that does not log in, rests too long, or does not
 //   read its answers, is closed.
 // Method: a service of a database of the test's own, both ends of a connection in one thread, and
 //   limits of tenths of a second.
@@ -48,10 +48,12 @@ class RpcConnectionTest : public testing::Test {
     kj::Own<capnp::TwoPartyClient> client;
     bool has_ended = false;
   };
-  std::unique_ptr<Line> Connect(const ConnectionLimits& limits = {}) {
+  // `timer`: the connection's; null: the clock.
+  std::unique_ptr<Line> Connect(const ConnectionLimits& limits = {}, kj::Timer* timer = nullptr) {
     auto line = std::make_unique<Line>();
     auto pipe = io_.provider->newTwoWayPipe();
-    line->session = std::make_shared<RpcSession>(*shared_, &Clock(), &is_stopping_, true);
+    line->session = std::make_shared<RpcSession>(*shared_, timer == nullptr ? &Clock() : timer,
+                                                 &is_stopping_, true);
     line->connection = kj::heap<RpcConnection>(kj::mv(pipe.ends[0]), line->session, limits);
     line->running = line->connection->Run()
                         .then([l = line.get()] { l->has_ended = true; })
@@ -123,6 +125,37 @@ TEST_F(RpcConnectionTest, WhatIsDroppedIsGivenBack) {
   line->client = nullptr;
   line->stream->shutdownWrite();
   EXPECT_TRUE(Ends(line.get()));
+}
+
+TEST_F(RpcConnectionTest, APhotoThatNobodyAsksAboutIsDropped) {
+  kj::TimerImpl clock(kj::origin<kj::TimePoint>());
+  ConnectionLimits limits;
+  limits.rest_time = 10 * kj::HOURS;  // other calls keep a connection
+  const auto line = Connect(limits, &clock);
+  auto examination = LogIn(line.get()).examineRequest().send().getExamination();
+  auto write = examination.writeRequest();
+  write.initChunk(1000);
+  write.send().wait(io_.waitScope);
+  const auto ask = [&]() -> std::string {
+    KJ_IF_MAYBE (failure, kj::runCatchingExceptions([&] {
+                   examination.candidatesRequest().send().wait(io_.waitScope);
+                 })) {
+      return failure->getDescription().cStr();
+    }
+    return "";
+  };
+  const auto pass = [&](kj::Duration time) {
+    clock.advanceTo(clock.now() + time);
+    Pass(50 * kj::MILLISECONDS);
+  };
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(ask().find("408"), std::string::npos) << i;  // it is no photo
+    pass(9 * kj::MINUTES);
+    EXPECT_EQ(shared_->bytes->used(), 1000u) << i;
+  }
+  pass(2 * kj::MINUTES);
+  EXPECT_EQ(shared_->bytes->used(), 0u);
+  EXPECT_NE(ask().find("408"), std::string::npos);
 }
 
 TEST_F(RpcConnectionTest, WhoDoesNotLogInIsDisconnected) {

@@ -72,7 +72,9 @@ TEST(AskedWork, TurnsAreOfTokensOrElseOfAddresses) {
   EXPECT_EQ(AskerOf(request), "2001:db8::/64") << "one network is one sender";
   request.token = "veduta-1-x";
   request.token_number = 1;
-  EXPECT_EQ(AskerOf(request), "veduta-1-x");
+  EXPECT_EQ(AskerOf(request), "token 1");
+  request.token = "veduta-01-x";
+  EXPECT_EQ(AskerOf(request), "token 1") << "however it is spelled";
   request.is_of_owner = true;
   EXPECT_EQ(AskerOf(request), "owner");
 }

@@ -85,6 +85,25 @@ TEST_F(BodyReaderTest, RefusesWhatTheBudgetHasNoRoomFor) {
   EXPECT_TRUE(budget_->Take(3'000'000)) << "its share was given back";
 }
 
+TEST_F(BodyReaderTest, SmallBodiesAndTheOwnersAreTakenAllTheSame) {
+  ASSERT_TRUE(budget_->Take(3'000'000));
+  Write(60'000);
+  auto arriving = New();
+  reader_.ReadAll(*pipe_.in, arriving).wait(scope_);
+  EXPECT_FALSE(arriving->refusal);
+  EXPECT_EQ(arriving->come_bytes, 60'000u);
+  EXPECT_EQ(arriving->request.body, sent_);
+  pipe_ = kj::newOneWayPipe();
+  Write(2'000'000);
+  arriving = New();
+  arriving->request.is_of_owner = true;
+  reader_.ReadAll(*pipe_.in, arriving).wait(scope_);
+  EXPECT_FALSE(arriving->refusal);
+  EXPECT_EQ(arriving->request.body, sent_);
+  arriving.reset();
+  EXPECT_EQ(budget_->used(), 3'000'000u) << "nothing is given back that was not taken";
+}
+
 TEST_F(BodyReaderTest, WhatHasComeIsThereWhenNoMoreComes) {
   sent_ = std::vector<uint8_t>(1'000, 7);
   writing_ = pipe_.out->write(sent_.data(), sent_.size()).eagerlyEvaluate(nullptr);
@@ -93,7 +112,7 @@ TEST_F(BodyReaderTest, WhatHasComeIsThereWhenNoMoreComes) {
   EXPECT_FALSE(reading.poll(scope_));
   timer_.advanceTo(timer_.now() + 31 * kj::SECONDS);
   EXPECT_THROW(reading.wait(scope_), kj::Exception);
-  EXPECT_EQ(arriving->share->taken, 1'000u);
+  EXPECT_EQ(arriving->come_bytes, 1'000u);
   EXPECT_FALSE(arriving->has_ended);
 }
 

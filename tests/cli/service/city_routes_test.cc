@@ -9,6 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+#include <string>
+
 #include "cli/service/surface_answers.h"
 #include "tests/engine/street_fixture.h"
 
@@ -34,6 +37,19 @@ TEST(CityRoutes, OpenPartsOfAPathAreArguments) {
   EXPECT_TRUE(std::get<RouteMatch>(status).arguments.empty());
   EXPECT_FALSE(std::get<RouteMatch>(status).route->is_of_snapshot)
       << "it has what this process has read and written";
+}
+
+TEST(CityRoutes, WhatIsQuickReadsAFewRecordsWhoeverAsks) {
+  std::set<std::string> quick;
+  for (const CityRoute& route : ListRoutes()) {
+    if (!route.is_quick || !route.is_of_snapshot) continue;
+    std::string path = route.method;
+    for (const std::string& part : route.path) path += "/" + part;
+    quick.insert(path);
+  }
+  // No cameras: which ones a link for a part of the city shows, all images tell.
+  EXPECT_EQ(quick, (std::set<std::string>{"GET/v1/photos/*", "GET/v1/photos/*/pose",
+                                          "GET/v1/photos/*/geopose", "GET/v1/photos/*/neighbors"}));
 }
 
 TEST(CityRoutes, WhereNothingIsIs404) {

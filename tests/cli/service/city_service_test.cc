@@ -98,7 +98,7 @@ TEST_F(CityServiceTest, AClosingServiceIsAliveAndNotReady) {
   service_->Close();
   EXPECT_EQ(Ask("GET", {"readyz"}).code, 503u);
   EXPECT_EQ(Ask("GET", {"healthz"}).code, 200u);
-  EXPECT_EQ(Ask("GET", {"v1", "cameras", "street"}).code, 200u);
+  EXPECT_EQ(Ask("GET", {"v1", "photos", "none", "neighbors"}).code, 404u);
   EXPECT_EQ(Ask("GET", {"v1", "status"}).code, 503u) << "it would have to wait";
 }
 
@@ -110,7 +110,8 @@ TEST_F(CityServiceTest, QuestionsAreAnsweredWhileTheFilesAreOpenedAgain) {
     }
   });
   for (int i = 0; i < 50; ++i) {
-    EXPECT_EQ(Ask("GET", {"v1", "cameras", "street"}).code, 200u) << i << ", a quick one";
+    EXPECT_EQ(Ask("GET", {"v1", "cameras", "street"}).code, 200u) << i;
+    EXPECT_EQ(Ask("GET", {"v1", "photos", "none", "neighbors"}).code, 404u) << i << ", a quick one";
     EXPECT_EQ(Ask("GET", {"v1", "reconstructions"}).code, 200u) << i;
   }
 }
