@@ -55,8 +55,8 @@ ContentHash ListOf(std::span<const PhotoFacts> facts) {
   return hasher.Finish();
 }
 
-// Whether two photos say the same focal length, or one of them says none. Some phones write a digital
-// zoom into the 35 mm equivalent alone.
+// Whether two photos say the same focal length, or one of them says none. Some phones write a
+// digital zoom into the 35 mm equivalent alone.
 bool IsToldAlike(double a_share, double b_share) {
   if (a_share == 0 || b_share == 0) return true;
   return std::max(a_share, b_share) <= kToldTimesMax * std::min(a_share, b_share);

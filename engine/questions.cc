@@ -56,6 +56,10 @@ Result<StatusAnswer> Questions::Status() const {
   return answer;
 }
 
+bool Questions::TellsImagesAtOnce() const {
+  return view_->caches->unsure.IsCurrent(*view_->snapshot);
+}
+
 Result<ImageAnswer> Questions::Image(const std::string& name) const {
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, FindImage(*view_->snapshot, name, view_->sight));
   VEDUTA_ASSIGN_OR_RETURN(ImageAnswer answer, ImageAnswerOf(*view_->snapshot, image,

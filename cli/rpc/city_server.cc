@@ -93,14 +93,22 @@ kj::Promise<void> CityServer::findUpload(FindUploadContext context) {
 kj::Promise<void> CityServer::pose(PoseContext context) {
   const std::string photo = ShortText(context.getParams().getPhoto(), "photo");
   const Sight sight = caller_.Check("GET", {"v1", "photos", photo, "pose"}).sight;
-  const ImageAnswer image = ValueOrThrow(caller_.service().Ask(sight).Image(photo));
-  if (!image.may_stand_in.empty() || !image.cam_from_world)
-    kj::throwFatalException(Failure(404, WhyNoPose(image)));
-  auto results = context.getResults();
-  Write(*image.cam_from_world, image.reconstruction, results.initPose());
-  if (image.on_earth) Write(*image.on_earth, results.initOnEarth());
-  results.setSnapshot(image.snapshot);
-  return kj::READY_NOW;
+  const auto tell = [](const ImageAnswer& image, PoseContext* asked) {
+    if (!image.may_stand_in.empty() || !image.cam_from_world)
+      kj::throwFatalException(Failure(404, WhyNoPose(image)));
+    auto results = asked->getResults();
+    Write(*image.cam_from_world, image.reconstruction, results.initPose());
+    if (image.on_earth) Write(*image.on_earth, results.initOnEarth());
+    results.setSnapshot(image.snapshot);
+  };
+  const Questions ask = caller_.service().Ask(sight);
+  if (ask.TellsImagesAtOnce()) {
+    tell(ValueOrThrow(ask.Image(photo)), &context);
+    return kj::READY_NOW;
+  }
+  return caller_
+      .Ask<ImageAnswer>([sight, photo](Engine* engine) { return engine->Ask(sight).Image(photo); })
+      .then([context, tell](const ImageAnswer& image) mutable { tell(image, &context); });
 }
 
 kj::Promise<void> CityServer::neighbors(NeighborsContext context) {

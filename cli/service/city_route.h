@@ -20,7 +20,8 @@ struct CityRoute {
   // the function of the engine that it calls. Null: the daemon itself knows what to do.
   HttpAnswer (*answer)(Engine* engine, const HttpRequest& request, const PathArguments& arguments);
   bool is_of_snapshot = false;  // the same snapshot gives the same answer
-  // It reads a few records, and so is answered on the thread that the connection is on.
+  // It reads a few records, and so is answered on the thread that the connection is on. Of a photo
+  // only where Questions::TellsImagesAtOnce.
   bool is_quick = false;
   // Who may ask, where there are tokens.
   Role role = Role::kViewer;

@@ -217,7 +217,7 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   if (is_get) {
     if (auto refusal = quotas_.TakeRequest(request)) return counted(*std::move(refusal));
   }
-  if (match.route->is_quick) return counted(Answer(request, match));
+  if (IsQuick(*match.route)) return counted(Answer(request, match));
   const WorkKind kind = WorkKindOf(*match.route);
   if (kind != WorkKind::kCommand) return HandleLater(std::move(request), match, kind, counted);
   if (!commands_at_work_.Take(1))
@@ -226,6 +226,11 @@ void CityService::Handle(HttpRequest request, Answered answered) {
     commands_at_work_.Give(1);
     counted(std::move(answer));
   });
+}
+
+bool CityService::IsQuick(const CityRoute& route) const {
+  const bool tells_image = route.path.size() > 2 && route.path[1] == "photos";
+  return route.is_quick && (!tells_image || engine_->Ask().TellsImagesAtOnce());
 }
 
 void CityService::HandleLater(HttpRequest request, const RouteMatch& match, WorkKind kind,

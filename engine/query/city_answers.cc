@@ -118,8 +118,7 @@ Status DropUnseen(const Visibility& visibility, ReconstructionId own,
     if (!sees) one = own;
   }
   std::ranges::sort(*may_stand_in);
-  const auto doubles = std::ranges::unique(*may_stand_in);
-  may_stand_in->erase(doubles.begin(), doubles.end());
+  may_stand_in->erase(std::unique(may_stand_in->begin(), may_stand_in->end()), may_stand_in->end());
   return Status::Ok();
 }
 

@@ -390,17 +390,28 @@ Result<UnsureImages> ListUnsure(const Snapshot& snapshot) {
 }
 
 Result<std::shared_ptr<const UnsureImages>> UnsureCache::Get(const Snapshot& snapshot) {
+  const auto known = [&](const std::string& key) -> std::shared_ptr<const UnsureImages> {
+    const std::lock_guard lock(mutex_);
+    if (answer_ == nullptr) return nullptr;
+    if (!key.empty() && key == key_) sequence_ = snapshot.sequence();
+    return sequence_ == snapshot.sequence() ? answer_ : nullptr;
+  };
+  if (auto answer = known("")) return answer;
+  const std::lock_guard one_at_a_time(making_);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> all, snapshot.ListHypotheses());
   VEDUTA_ASSIGN_OR_RETURN(std::string key, KeyOf(snapshot, all));
-  {
-    const std::lock_guard lock(mutex_);
-    if (answer_ != nullptr && key == key_) return answer_;
-  }
+  if (auto answer = known(key)) return answer;
   VEDUTA_ASSIGN_OR_RETURN(UnsureImages unsure, FindUnsure(snapshot, all));
   auto answer = std::make_shared<const UnsureImages>(std::move(unsure));
   const std::lock_guard lock(mutex_);
   key_ = std::move(key);
+  sequence_ = snapshot.sequence();
   return answer_ = std::move(answer);
+}
+
+bool UnsureCache::IsCurrent(const Snapshot& snapshot) {
+  const std::lock_guard lock(mutex_);
+  return answer_ != nullptr && sequence_ == snapshot.sequence();
 }
 
 }  // namespace veduta

@@ -38,14 +38,19 @@ bool IsMostlyElsewhere(size_t beside, size_t elsewhere);
 // reconstructions).
 Result<UnsureImages> ListUnsure(const Snapshot& snapshot);
 
-// The last answer of ListUnsure, for who asks again and again. Thread-safe.
+// The last answer of ListUnsure, for who asks again and again. Thread-safe; of those who ask at the
+// same time one makes it, and the others wait.
 class UnsureCache final {
  public:
   Result<std::shared_ptr<const UnsureImages>> Get(const Snapshot& snapshot);
+  // Whether Get answers at once.
+  bool IsCurrent(const Snapshot& snapshot);
 
  private:
+  std::mutex making_;  // locked first
   std::mutex mutex_;
-  std::string key_;  // what the answer rests on
+  std::string key_;        // what the answer rests on
+  uint64_t sequence_ = 0;  // of the last snapshot that it was given for
   std::shared_ptr<const UnsureImages> answer_;
 };
 

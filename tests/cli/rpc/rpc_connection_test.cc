@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: Cap'n Proto's own client in C++ is understood: calls are pipelined, photos are streamed,
-//   what is dropped, and a photo that nobody asks about any more, is given back; a connection that does not log in, rests too long, or does not
-//   read its answers, is closed.
+//   what is dropped, and a photo that nobody asks about any more, is given back; a connection that
+//   does not log in, rests too long, or does not read its answers, is closed.
 // Method: a service of a database of the test's own, both ends of a connection in one thread, and
 //   limits of tenths of a second.
 #include "cli/rpc/rpc_connection.h"
