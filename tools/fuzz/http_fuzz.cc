@@ -108,8 +108,9 @@ class Daemon final {
       client->Send(std::string_view(text).substr(said, at - said));
       client->Await(HttpClient::CountOf(std::string_view(text).substr(0, at)));
       const size_t begun = client->received().rfind("\r\nLocation: " + kTus);
+      // A copy, for sending receives.
       if (begun != text.npos)
-        client->Send(std::string_view(client->received()).substr(begun + 12 + kTus.size(), 32));
+        client->Send(std::string(client->received()).substr(begun + 12 + kTus.size(), 32));
       said = at + kUpload.size();
     }
     client->Send(std::string_view(text).substr(said));
