@@ -142,9 +142,9 @@ class CityService final {
   HttpAnswer AskEngine(const HttpRequest& request, const RouteMatch& match);
   void Count(const HttpAnswer& answer);
   void TellDamages(const HttpAnswer& answer);
-  // Does what Handle has found to take longer, once a thread for it has time.
   // Whether the route is answered on the thread that asks.
   bool IsQuick(const CityRoute& route) const;
+  // Does what Handle has found to take longer, once a thread for it has time.
   void HandleLater(HttpRequest request, const RouteMatch& match, WorkKind kind,
                    const Answered& answered);
   void SettleNowAndThen(std::stop_token stop,

@@ -40,8 +40,8 @@ class Questions final {
   // O(reconstructions); after a dense pass also O(depth maps + tiles), of each of which a record is
   // read. No walk over images.
   Result<StatusAnswer> Status() const;
-  // Whether Image reads a few records. Otherwise, after a commit, the first one who asks waits for a
-  // look over the whole city.
+  // Whether Image reads a few records. Otherwise, after a commit, the first one who asks waits for
+  // a look over the whole city.
   bool TellsImagesAtOnce() const;
   // By its name, by contributor and name with a slash between, by "#" and its number, or by 8 and
   // more digits of its photo's SHA-256 in hexadecimal. kNotFound names it; kInvalidArgument says
