@@ -103,7 +103,13 @@ TEST_F(EarthAnswers, PosesAreThoseOfTheirReconstruction) {
   EXPECT_LT((enu - Eigen::Vector3d(6, 0, 0)).norm(), 1e-6);
   EXPECT_EQ((*here)->version, 5u);
   const PlainPose plain{{1, 0, 0, 0}, {-3, 0, 0}, {3, 0, 0}};
-  EXPECT_EQ((*EarthPoseIn(*snapshot, kHere, plain))->position, (*here)->position);
+  const EarthPose told = **EarthPoseIn(*snapshot, kHere, plain, std::nullopt);
+  EXPECT_EQ(told.position, (*here)->position);
+  EXPECT_EQ(told.vertical_stddev_m, (*here)->vertical_stddev_m);
+  PoseUncertainty uncertainty;
+  uncertainty.covariance[5][5] = 1;
+  EXPECT_GT((*EarthPoseIn(*snapshot, kHere, plain, uncertainty))->vertical_stddev_m,
+            told.vertical_stddev_m);
   EXPECT_FALSE(*EarthPoseIn(*snapshot, kElsewhere, CameraAt(3)));
   EXPECT_EQ(EarthPoseIn(*snapshot, ReconstructionId(9), CameraAt(3)).status().code(),
             StatusCode::kNotFound);
