@@ -229,7 +229,8 @@ void CityService::Handle(HttpRequest request, Answered answered) {
 }
 
 bool CityService::IsQuick(const CityRoute& route) const {
-  const bool tells_image = route.path.size() > 2 && route.path[1] == "photos";
+  const bool tells_image =
+      route.path.size() > 2 && route.path[1] == "photos" && route.path.back() != "neighbors";
   return route.is_quick && (!tells_image || engine_->Ask().TellsImagesAtOnce());
 }
 
