@@ -98,14 +98,16 @@ Quotas::Measure& Quotas::FilledReports(const std::string& address) {
   return found->second.reports;
 }
 
+std::optional<HttpAnswer> Quotas::TakeOne(const char* what, Measure* measure) {
+  if (measure->left < 1) return TooMany(what, 1 - measure->left, measure->per_s);
+  measure->left -= 1;
+  return std::nullopt;
+}
+
 std::optional<HttpAnswer> Quotas::TakeRequest(const HttpRequest& request) {
   if (request.token_number == 0) return std::nullopt;
   const std::lock_guard lock(mutex_);
-  Measure& requests = FilledMeasures(request).requests;
-  if (requests.left < 1)
-    return TooMany("the token's quota of requests", 1 - requests.left, requests.per_s);
-  requests.left -= 1;
-  return std::nullopt;
+  return TakeOne("the token's quota of requests", &FilledMeasures(request).requests);
 }
 
 std::optional<HttpAnswer> Quotas::TakePhoto(const HttpRequest& request, uint64_t size_bytes) {
@@ -135,11 +137,7 @@ std::optional<HttpAnswer> Quotas::TakeReport(const HttpRequest& request) {
 std::optional<HttpAnswer> Quotas::TakeContribution(const HttpRequest& request) {
   if (request.token_number == 0) return std::nullopt;
   const std::lock_guard lock(mutex_);
-  Measure& opened = FilledMeasures(request).contributions;
-  if (opened.left < 1)
-    return TooMany("the token's quota of contributions", 1 - opened.left, opened.per_s);
-  opened.left -= 1;
-  return std::nullopt;
+  return TakeOne("the token's quota of contributions", &FilledMeasures(request).contributions);
 }
 
 void Quotas::Keep(const HttpRequest& request) {

@@ -73,6 +73,8 @@ class Quotas final {
   // Both with the lock held. Where there are too many addresses, the one that has used least of its
   // reports is forgotten for a new one.
   Measures& FilledMeasures(const HttpRequest& request);
+  // One of what is left of the measure, or the answer to who has had all of it.
+  static std::optional<HttpAnswer> TakeOne(const char* what, Measure* measure);
   Measure& FilledReports(const std::string& address);
   std::optional<HttpAnswer> TryPhoto(const HttpRequest& request, double size_bytes);
   // Has what is used of the token's measures by now remembered.

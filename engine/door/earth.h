@@ -56,7 +56,9 @@ struct GroundPointAnswer {
   ReconstructionId reconstruction;  // valid where two photos of one with a place show it
   // From where it was surveyed to where the photos see it, metres to the east, the north and above.
   std::array<double, 3> error_m = {0, 0, 0};
-  double error_px = 0;  // root mean square over its photos, of the point that they see
+  // Root mean square over its photos, of the point that they see; above 0 also where they see it
+  // and the place of their reconstruction is not known. 0: it is not seen.
+  double error_px = 0;
 };
 
 struct GeoreferenceRequest {
