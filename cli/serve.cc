@@ -116,6 +116,7 @@ Status DivideMemoryOf(ServeArguments* arguments) {
   arguments->engine.block_cache_bytes = division.block_cache_bytes;
   arguments->engine.feature_cache_bytes = division.feature_cache_bytes;
   arguments->engine.undistort_cache_bytes = division.undistort_cache_bytes;
+  arguments->engine.surface_cache_bytes = division.surface_cache_bytes;
   arguments->door.bodies_bytes_max = division.bodies_bytes_max;
   arguments->door.answers_bytes_max = division.answers_bytes_max;
   arguments->rpc.bytes_max = division.rpc_bytes_max;

@@ -30,6 +30,7 @@ Status EngineOptions::Check() const {
       .AtLeast("block_cache_bytes", static_cast<double>(block_cache_bytes), 1)
       .AtLeast("feature_cache_bytes", static_cast<double>(feature_cache_bytes), 1)
       .AtLeast("undistort_cache_bytes", static_cast<double>(undistort_cache_bytes), 1)
+      .AtLeast("surface_cache_bytes", static_cast<double>(surface_cache_bytes), 3)
       .status();
 }
 
@@ -164,7 +165,8 @@ std::shared_ptr<EngineCaches> EngineParts::GetCaches() {
 
 void EngineParts::RenewCaches() {
   auto renewed =
-      std::make_shared<EngineCaches>(tuning.ingest, preparing_vocabulary, preparer->decoder());
+      std::make_shared<EngineCaches>(tuning.ingest, preparing_vocabulary, preparer->decoder(),
+                                     options.surface_cache_bytes / kCoarseShare);
   ingest =
       std::make_unique<Ingest>(database.get(), &renewed->retrieval, &renewed->features, pool.get(),
                                tuning.ingest, options.doubles, preparer->decoder());

@@ -57,21 +57,26 @@ inline constexpr const char* kBackupLinks = "backup-links";
 // Coarse parts of surfaces (fusion/surface_tiles.h) by what names them, and those that somebody is
 // making now.
 struct CoarseSurfaces {
-  static constexpr uint64_t kBytesMax = 256 << 20;  // of meshes; chosen by hand
+  explicit CoarseSurfaces(uint64_t bytes_max) : meshes(bytes_max) {}
 
-  LruCache<std::string, std::shared_ptr<const CoarseSurface>> meshes{kBytesMax};
+  LruCache<std::string, std::shared_ptr<const CoarseSurface>> meshes;
   std::mutex mutex;  // of `making`
   std::condition_variable made;
   std::set<std::string> making;
 };
 
+// Of EngineOptions::surface_cache_bytes, this part of the whole is for coarse parts of surfaces.
+// Chosen by hand.
+inline constexpr uint64_t kCoarseShare = 3;
+
 // What one generation of open files is read by. Exchanged by Engine::Reopen: what was kept of a
 // commit that failed must not be found again.
 struct EngineCaches {
   EngineCaches(const IngestOptions& options, std::shared_ptr<std::mutex> preparing_vocabulary,
-               const PhotoDecoder& decoder)
+               const PhotoDecoder& decoder, uint64_t surface_bytes_max)
       : retrieval(options.retrieval, std::move(preparing_vocabulary), decoder),
-        features(options.feature_cache_bytes, options.matched_count_max, decoder) {}
+        features(options.feature_cache_bytes, options.matched_count_max, decoder),
+        surfaces(surface_bytes_max) {}
 
   Retrieval retrieval;
   ImageFeatureCache features;

@@ -193,7 +193,8 @@ Status DensifyRequest::Check() const {
 
 Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool, Claimable& one_pass,
                                               const DensifyRequest& request, std::stop_token stop,
-                                              const PhotoDecoder& decoder) {
+                                              const ViewTools& views,
+                                              std::optional<uint64_t> cache_bytes) {
   VEDUTA_RETURN_IF_ERROR(OptionBounds().Part("DensifyRequest", request.Check()).status());
   const std::optional<Claimable::Claim> alone = one_pass.TryClaim();
   if (!alone) {
@@ -205,7 +206,8 @@ Result<std::vector<DensifyReport>> DensifyAll(Writer& writer, ThreadPool& pool, 
   VEDUTA_RETURN_IF_ERROR(SweepMerged(writer).status());
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ReconstructionId> wanted,
                           WantedReconstructions(*writer.GetSnapshot(), request.reconstruction));
-  const DensePassTools tools{writer, pool, device.get(), request.progress, stop, decoder};
+  DensePassTools tools{writer, pool, device.get(), request.progress, stop, views};
+  if (cache_bytes) tools.cache_bytes = *cache_bytes;
   std::vector<DensifyReport> reports;
   Status failure;
   bool some_gone = false;

@@ -13,8 +13,12 @@ namespace veduta {
 
 Result<std::vector<DensifyReport>> Engine::Densify(const DensifyRequest& request,
                                                    std::stop_token stop) {
+  const PhotoPreparer& preparer = *parts_->preparer;
+  const ViewTools views{preparer.decoder(), &preparer.tables(),
+                        [&](uint64_t bytes) { return preparer.TakeMemory(bytes); }};
+  const uint64_t cache_bytes = parts_->options.surface_cache_bytes;
   return DensifyAll(*parts_->writer, *parts_->pool, parts_->dense_pass, request, std::move(stop),
-                    parts_->preparer->decoder());
+                    views, cache_bytes - cache_bytes / kCoarseShare);
 }
 
 Result<std::vector<ExportedModel>> Questions::Export(const ExportRequest& request) const {

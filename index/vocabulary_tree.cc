@@ -30,7 +30,7 @@ Status NotATree(const std::string& why) {
 }
 
 // Checks the invariants of vocabulary_tree.h; *depth is the number of levels.
-Status CheckParts(const VocabularyParts& parts, uint32_t* depth) {
+Status CheckParts(const VocabularyView& parts, uint32_t* depth) {
   if (parts.branch < kVocabularyBranchMin || parts.branch > kVocabularyBranchMax) {
     return NotATree("branch " + std::to_string(parts.branch) + " is outside [2, 64]");
   }
@@ -80,7 +80,7 @@ VocabularyTree::NodeView VocabularyTree::NodeAt(size_t line) const {
   return {count, words + 1, words + 1 + count, reinterpret_cast<const uint8_t*>(centers)};
 }
 
-Result<VocabularyTree> VocabularyTree::FromParts(const VocabularyParts& parts) {
+Result<VocabularyTree> VocabularyTree::FromParts(const VocabularyView& parts) {
   VocabularyTree tree;
   VEDUTA_RETURN_IF_ERROR(CheckParts(parts, &tree.info_.depth));
   tree.info_.branch = parts.branch;
@@ -139,15 +139,10 @@ Result<VocabularyTree> VocabularyTree::Parse(std::span<const uint8_t> bytes) {
       0) {
     return Status::Corruption("vocabulary: its checksum does not match its content");
   }
-  VocabularyParts parts;
-  parts.branch = static_cast<uint32_t>(ReadNumber(&bytes[12], 4));
-  parts.training_size = ReadNumber(&bytes[16], 8);
-  const auto counts = content.begin() + kHeaderSize;
-  const auto kinds = counts + static_cast<ptrdiff_t>(node_count);
-  const auto centers = kinds + static_cast<ptrdiff_t>(center_count);
-  parts.child_counts.assign(counts, kinds);
-  parts.child_is_node.assign(kinds, centers);
-  parts.centers.assign(centers, content.end());
+  const VocabularyView parts{static_cast<uint32_t>(ReadNumber(&bytes[12], 4)),
+                             ReadNumber(&bytes[16], 8), content.subspan(kHeaderSize, node_count),
+                             content.subspan(kHeaderSize + node_count, center_count),
+                             content.subspan(kHeaderSize + node_count + center_count)};
   Result<VocabularyTree> tree = FromParts(parts);
   if (!tree.ok()) return Status::Corruption("vocabulary: " + tree.status().message());
   return tree;

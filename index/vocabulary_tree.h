@@ -33,8 +33,19 @@ struct VocabularyInfo {
   bool operator==(const VocabularyInfo&) const = default;
 };
 
-// A tree laid out for building and storing.
+// A tree laid out for building and storing, whose bytes are somebody else's.
+struct VocabularyView {
+  uint32_t branch = 0;
+  uint64_t training_size = 0;
+  std::span<const uint8_t> child_counts, child_is_node, centers;  // as VocabularyParts has them
+};
+
+// The same with its bytes.
 struct VocabularyParts {
+  operator VocabularyView() const {  // NOLINT: as a vector is a span
+    return {branch, training_size, child_counts, child_is_node, centers};
+  }
+
   uint32_t branch = 0;
   uint64_t training_size = 0;
   std::vector<uint8_t> child_counts;   // [interior nodes], breadth first
@@ -46,8 +57,9 @@ struct VocabularyParts {
 // Immutable; thread-safe.
 class VocabularyTree final {
  public:
-  // kInvalidArgument, naming the invariant, when the parts do not make a tree.
-  static Result<VocabularyTree> FromParts(const VocabularyParts& parts);
+  // Takes the tree's own bytes and hardly more. kInvalidArgument, naming the invariant, when the
+  // parts do not make a tree.
+  static Result<VocabularyTree> FromParts(const VocabularyView& parts);
 
   // The inverse of Serialize. kCorruption with the reason for anything else: wrong magic, version
   // or checksum, a truncated or overlong input, numbers that make no tree. Allocates at most a few

@@ -14,11 +14,15 @@ void Caller::LogIn() {
   session_->has_logged_in = true;
 }
 
-std::string Caller::asker() const {
+HttpRequest Caller::Asking() const {
   HttpRequest request;
   request.is_of_owner = session_->is_of_owner;
   request.token_number = token_number_;
-  return AskerOf(request);
+  return request;
+}
+
+std::shared_ptr<DividedShare> Caller::NewShare() const {
+  return std::make_shared<DividedShare>(session_->shared.bytes, HolderOf(Asking()));
 }
 
 HttpRequest Caller::Check(const char* method, std::vector<std::string> path,

@@ -14,8 +14,10 @@
 #include <vector>
 
 #include "cli/rpc/rpc_failure.h"
+#include "cli/service/asked_work.h"
 #include "cli/service/budget.h"
 #include "cli/service/city_service.h"
+#include "cli/service/divided_budget.h"
 #include "cli/service/sender.h"
 #include "storage/base/memory_shortage.h"
 
@@ -28,10 +30,13 @@ inline constexpr uint64_t kRpcPhotoBytesMax = 128ull << 20;
 struct RpcShared {
   RpcShared(CityService* s, uint64_t connections_max, uint64_t bytes_max)
       : service(s),
-        bytes(std::make_shared<Budget>(bytes_max)),
-        connections(std::make_shared<Budget>(connections_max)) {}
+        bytes(std::make_shared<DividedBudget>(bytes_max)),
+        connections(std::make_shared<Budget>(connections_max)),
+        by_address(std::make_shared<DividedBudget>(connections_max)) {}
   CityService* const service;
-  const std::shared_ptr<Budget> bytes, connections;
+  const std::shared_ptr<DividedBudget> bytes;
+  const std::shared_ptr<Budget> connections;
+  const std::shared_ptr<DividedBudget> by_address;  // connections of strangers
 };
 
 // One connection. On its thread alone.
@@ -82,6 +87,9 @@ class Caller final {
   HttpRequest Check(const char* method, std::vector<std::string> path,
                     const std::string& contributor = "") const;
 
+  // An empty share of the bytes that all connections have, which counts as the caller's.
+  std::shared_ptr<DividedShare> NewShare() const;
+
   // What `ask` says, by a thread for such work, while this one goes on. `ask` must hold all that it
   // needs. Long work of a call that was cancelled is not begun.
   template <typename T>
@@ -93,7 +101,7 @@ class Caller final {
     auto paf = kj::newPromiseAndCrossThreadFulfiller<bool>();
     const Sender<bool> sender(kj::mv(paf.fulfiller));
     const auto client = std::make_shared<ClientPresence>();
-    WorkOwner owner{asker()};
+    WorkOwner owner{AskerOf(Asking())};
     if (kind == WorkKind::kLong) owner.client = client;
     service().Run(
         kind, std::move(owner),
@@ -107,8 +115,8 @@ class Caller final {
   }
 
  private:
-  // Who takes turns with others, as AskerOf has it of HTTP.
-  std::string asker() const;
+  // Whose requests they are, and nothing else: for AskerOf and HolderOf.
+  HttpRequest Asking() const;
 
   std::shared_ptr<RpcSession> session_;
   std::string token_;

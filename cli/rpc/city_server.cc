@@ -153,7 +153,7 @@ kj::Promise<void> CityServer::points(PointsContext context) {
   const Sight sight =
       caller_.Check("GET", {"v1", "reconstructions", std::to_string(number), "points"}).sight;
   if (number == 0) kj::throwFatalException(Failure(404, "there is no reconstruction 0"));
-  auto share = std::make_shared<BudgetShare>(caller_.session().shared.bytes);
+  const auto share = caller_.NewShare();
   return caller_
       .Ask<FoundPoints>(
           [number, share, sight](Engine* engine) -> Result<FoundPoints> {
@@ -162,7 +162,9 @@ kj::Promise<void> CityServer::points(PointsContext context) {
             // Room is asked for before the memory is taken.
             VEDUTA_ASSIGN_OR_RETURN(const ReconstructionAnswer known, ask.Reconstruction(id));
             if (!share->Grow(known.points * (sizeof(std::array<float, 3>) + 3)))
-              return Status::Busy("the points that are being read fill the memory");
+              return Status::Busy(
+                  "the points that are being read fill the memory, or yours half of it: finish "
+                  "with some");
             VEDUTA_ASSIGN_OR_RETURN(auto cloud, ask.Points(id));
             return FoundPoints{std::make_shared<HeldPoints>(HeldPoints{std::move(cloud), share}),
                                ask.snapshot()};

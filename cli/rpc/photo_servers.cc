@@ -30,7 +30,7 @@ struct OfSnapshot {
 
 ArrivingPhoto::ArrivingPhoto(const Caller& caller)
     : thing_(TakeOne(caller.session().things, "uploads and other things are held by you")),
-      whole_{{}, std::make_shared<BudgetShare>(caller.session().shared.bytes)},
+      whole_{{}, caller.NewShare()},
       deadline_(caller.session()
                     .timer.afterDelay(kPhotoTime)
                     .then([this] {
@@ -57,8 +57,9 @@ void ArrivingPhoto::Append(kj::ArrayPtr<const uint8_t> chunk) {
   }
   if (!whole_.share->Grow(total)) {
     whole_.bytes = {};
-    kj::throwFatalException(Failure(
-        429, "the photos that are arriving fill the memory, and nothing of this is stored"));
+    kj::throwFatalException(Failure(429,
+                                    "the photos that are arriving fill the memory, or yours half "
+                                    "of it, and nothing of this is stored"));
   }
   whole_.bytes.insert(whole_.bytes.end(), chunk.begin(), chunk.end());
 }
@@ -99,7 +100,7 @@ kj::Promise<void> UploadServer::done(DoneContext context) {
 
 kj::Promise<void> UploadServer::Store(DoneContext context, HttpRequest sender,
                                       const std::shared_ptr<PhotoSubmission>& photo,
-                                      const std::shared_ptr<BudgetShare>& share) {
+                                      const std::shared_ptr<DividedShare>& share) {
   using Accepted = std::variant<uint64_t, HttpAnswer>;
   return caller_
       .Ask<Accepted>([sender = std::move(sender), photo, share,

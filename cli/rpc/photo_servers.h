@@ -25,7 +25,7 @@ class ArrivingPhoto final {
   // empty, and as Append does.
   struct Whole {
     std::vector<uint8_t> bytes;
-    std::shared_ptr<BudgetShare> share;
+    std::shared_ptr<DividedShare> share;
   };
   Whole Take();
 
@@ -55,7 +55,7 @@ class UploadServer final : public rpc::Upload::Server {
  private:
   kj::Promise<void> Store(DoneContext context, HttpRequest sender,
                           const std::shared_ptr<PhotoSubmission>& photo,
-                          const std::shared_ptr<BudgetShare>& share);
+                          const std::shared_ptr<DividedShare>& share);
 
   const Caller caller_;
   const PhotoTitle title_;

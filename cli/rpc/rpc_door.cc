@@ -17,6 +17,7 @@
 #include "cli/service/event_loop.h"
 #include "cli/service/loopback.h"
 #include "cli/service/own_socket.h"
+#include "cli/service/remote_address.h"
 #include "storage/base/option_bounds.h"
 
 namespace veduta {
@@ -58,7 +59,12 @@ class ConnectionTaker final : private kj::TaskSet::ErrorHandler {
     if (!place->Grow(1)) return AcceptLater();
     // It may throw instead of promising, and that must reach the handler below, too.
     return kj::evalNow([this] { return port_.accept(); })
-        .then([this, place](kj::Own<kj::AsyncIoStream> stream) { Take(kj::mv(stream), place); })
+        .then([this, place](kj::Own<kj::AsyncIoStream> stream) {
+          auto of_address = kj::heap<DividedShare>(
+              shared_.by_address, is_unix_ ? "" : CountedSender(PeerOf(*stream), {}));
+          if (of_address->Grow(1))  // otherwise it is closed
+            Take(kj::mv(stream).attach(kj::mv(of_address)), place);
+        })
         .then([this] { return Accept(); },
               // Too many open files, mostly: that passes.
               [this](kj::Exception&&) { return AcceptLater(); });

@@ -49,4 +49,9 @@ std::string AskerOf(const HttpRequest& request) {
   return SenderOf(request.address);
 }
 
+std::string HolderOf(const HttpRequest& request) {
+  if (request.is_of_owner) return "";
+  return request.token_number != 0 ? AskerOf(request) : CountedSender(request.address, {});
+}
+
 }  // namespace veduta

@@ -23,5 +23,8 @@ WorkKind WorkKindOf(const CityRoute& route);
 
 // Who takes turns with others: the owner, a token, or an address where there are no tokens.
 std::string AskerOf(const HttpRequest& request);
+// Whose part of the memory it takes (DividedBudget): the same, but nobody's of the owner's, and of
+// who comes without a token from this machine, as all do by a proxy.
+std::string HolderOf(const HttpRequest& request);
 
 }  // namespace veduta

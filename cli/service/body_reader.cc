@@ -67,7 +67,10 @@ bool BodyReader::Reserve(Arriving* arriving, uint64_t bytes) const {
   const bool may_exceed = bytes <= kSmallBodyBytes || arriving->request.is_of_owner;
   if (!arriving->share->Grow(bytes) && !may_exceed) {
     arriving->refusal = ComeAgain(
-        429, "the bodies that are arriving fill the memory: send this one again later", 5);
+        429,
+        "the bodies that are arriving fill the memory, or yours half of it: send this one again "
+        "later",
+        5);
   }
   if (!arriving->refusal) arriving->come_bytes = bytes;
   return !arriving->refusal;

@@ -194,17 +194,22 @@ bool CityService::StillAllows(HttpRequest* request) const {
 
 void CityService::Handle(HttpRequest request, Answered answered) {
   const bool is_get = request.method == "GET";
-  const auto who = std::make_shared<std::string>();  // once it is known
+  // Once it is known.
+  struct Whose {
+    std::string who, holder;
+  };
+  const auto whose = std::make_shared<Whose>();
   const Answered counted = [this, is_get, writes = WritesRecords(request),
                             answered = std::move(answered), is_tus = IsTus(request),
                             range = HeaderOf(request, "Range"),
-                            if_range = HeaderOf(request, "If-Range"), who](HttpAnswer answer) {
+                            if_range = HeaderOf(request, "If-Range"), whose](HttpAnswer answer) {
     if (is_get) CutToRange(range, if_range, &answer);
     // After a failed write nothing is written until the files are opened again.
     if (writes && answer.is_of_disk) disk_.NoteFailure(Status::IoError("a request has failed"));
     Count(answer);
     if (!answer.damages.empty()) TellDamages(answer);
-    answer.who = *who;
+    answer.who = whose->who;
+    answer.holder = whose->holder;
     if (is_tus) answer.headers.emplace_back("Tus-Resumable", kTusVersion);
     answered(std::move(answer));
   };
@@ -213,7 +218,7 @@ void CityService::Handle(HttpRequest request, Answered answered) {
   const auto match = std::get<RouteMatch>(std::move(found));
   if (auto refusal = gatekeeper_.Refuse(*engine_, *match.route, &request))
     return counted(*std::move(refusal));
-  *who = request.who;
+  *whose = {request.who, HolderOf(request)};
   if (is_get) {
     if (auto refusal = quotas_.TakeRequest(request)) return counted(*std::move(refusal));
   }

@@ -14,8 +14,9 @@
 #include <utility>
 #include <vector>
 
+#include "cli/service/asked_work.h"
 #include "cli/service/body_reader.h"
-#include "cli/service/budget.h"
+#include "cli/service/door_limits.h"
 #include "cli/service/event_loop.h"
 #include "cli/service/http_settings.h"
 #include "cli/service/known_headers.h"
@@ -48,33 +49,11 @@ std::string Text(kj::ArrayPtr<const char> text) {
   return {text.begin(), text.size()};
 }
 
-// What the threads of the door share.
-struct Limits {
-  explicit Limits(const HttpDoorOptions& o)
-      : options(o),
-        bodies(std::make_shared<Budget>(o.bodies_bytes_max)),
-        answers(std::make_shared<Budget>(o.answers_bytes_max)),
-        connections(o.connections_max),
-        connections_of_owner(o.connections_max),
-        followers(std::max(1u, o.connections_max / 2)) {
-    for (const std::string& proxy : o.proxies) {
-      if (const auto plain = PlainAddress(proxy)) proxies.insert(*plain);
-    }
-  }
-  const HttpDoorOptions& options;
-  const std::shared_ptr<Budget> bodies;  // shared with requests that outlive the door
-  const std::shared_ptr<Budget> answers;
-  Budget connections;
-  Budget connections_of_owner;    // whom no stranger keeps out
-  Budget followers;               // of them: those who follow events, who leave room for others
-  std::set<std::string> proxies;  // that are believed
-};
-
 // What one thread does.
 class HttpDoor final : private kj::TaskSet::ErrorHandler {
  public:
-  HttpDoor(CityService* service, Limits* limits, kj::Timer* timer, const kj::HttpHeaderTable& table,
-           const KnownHeaders& known, bool is_of_owner)
+  HttpDoor(CityService* service, DoorLimits* limits, kj::Timer* timer,
+           const kj::HttpHeaderTable& table, const KnownHeaders& known, bool is_of_owner)
       : service_(service),
         limits_(*limits),
         timer_(*timer),
@@ -99,7 +78,11 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     // It may throw instead of promising, and that must reach the handler below, too.
     return kj::evalNow([port] { return port->accept(); })
         .then([this, place = kj::mv(place)](kj::Own<kj::AsyncIoStream> connection) mutable {
-          connections_.add(server_.listenHttp(kj::mv(connection)).attach(kj::mv(place)));
+          auto of_address = kj::heap<DividedShare>(
+              limits_.by_address, CountedSender(PeerOf(*connection), limits_.proxies));
+          if (!is_of_owner_ && !of_address->Grow(1)) return;  // which closes it
+          connections_.add(
+              server_.listenHttp(kj::mv(connection)).attach(kj::mv(place), kj::mv(of_address)));
         })
         .then([this, port] { return Accept(port); },
               // Too many open files, mostly: that passes.
@@ -159,6 +142,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     if (is_events || asked.method != "GET") {
       if (auto refusal = service_->Refuse(&asked)) return Send(*std::move(refusal), response);
       if (!asked.who.empty()) response.entry().who = asked.who;
+      arriving->share->Name(HolderOf(asked));
     }
     if (is_events) return Follow(asked, method == kj::HttpMethod::GET, headers, response);
     if (ComesInParts(asked))
@@ -249,6 +233,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     // What the part after this one begins with.
     auto next = std::make_shared<Arriving>(limits_.bodies);
     next->request = arriving->request;
+    next->share->Name(HolderOf(next->request));
     using Cut = kj::Maybe<kj::Exception>;
     return timer_.timeoutAt(deadline, reader_.ReadPart(body, arriving))
         .then([]() -> Cut { return nullptr; },
@@ -302,12 +287,14 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
   kj::Promise<void> Send(HttpAnswer answer, LoggedResponse& response) {
     if (!answer.who.empty()) response.entry().who = answer.who;
     response.entry().upload = answer.upload;
-    auto share = kj::heap<BudgetShare>(limits_.answers);
+    auto share = kj::heap<DividedShare>(limits_.answers, answer.holder);
     // One larger than all may be is sent alone.
     const uint64_t bytes =
         std::min<uint64_t>(answer.body.size(), limits_.options.answers_bytes_max);
     if (bytes > kSmallAnswerBytes && !is_of_owner_ && !share->Grow(bytes)) {
-      answer = ComeAgain(503, "the answers on their way fill the memory: ask again in a while", 5);
+      answer = ComeAgain(
+          503,
+          "the answers on their way fill the memory, or yours half of it: ask again in a while", 5);
     }
     auto shared = kj::heap<HttpAnswer>(std::move(answer));
     kj::HttpHeaders headers(table_);
@@ -393,7 +380,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
   void taskFailed(kj::Exception&&) override {}
 
   CityService* const service_;
-  Limits& limits_;
+  DoorLimits& limits_;
   kj::Timer& timer_;
   const BodyReader reader_, reader_of_none_;  // the latter of requests that have no body
   Budget* const taken_;                       // connections
@@ -407,7 +394,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
 
 // Serves connections of the socket on this thread, and of the owner's unless it is -1, until a stop
 // is requested. `listening` is called once they are taken, with the port.
-Status ServeOnThread(CityService* service, Limits* limits, int socket, int owners,
+Status ServeOnThread(CityService* service, DoorLimits* limits, int socket, int owners,
                      std::stop_token stop, const std::function<void(uint16_t port)>& listening) {
   try {
     auto io = MakeEventLoop();
@@ -476,7 +463,7 @@ Status ServeHttp(CityService* service, const HttpDoorOptions& options, std::stop
   const auto leave = kj::defer([&] {
     if (!options.database.empty()) RemoveSocket(options.database);
   });
-  Limits limits(options);
+  DoorLimits limits(options);
   std::stop_source stopping;  // of all threads: the failure of one ends the others
   const std::stop_callback on_stop(stop, [&] { stopping.request_stop(); });
   std::vector<Status> results(options.threads);

@@ -51,6 +51,7 @@ struct HttpAnswer {
   // For the log alone: whose token it was, and the number in line of the photo that was sent.
   std::string who = {};
   uint64_t upload = 0;
+  std::string holder = {};  // HolderOf the request, once it was let in
 };
 
 // Headers that one route alone reads.

@@ -21,8 +21,9 @@ Result<MemoryDivision> DivideMemory(uint64_t bytes) {
   MemoryDivision division;
   division.prepare_memory_bytes = 4 * part;
   division.block_cache_bytes = 2 * part;
-  division.feature_cache_bytes = 3 * part;
+  division.feature_cache_bytes = 2 * part;
   division.undistort_cache_bytes = part;
+  division.surface_cache_bytes = part;
   division.bodies_bytes_max = 2 * part;
   division.answers_bytes_max = 2 * part;
   division.rpc_bytes_max = 2 * part;

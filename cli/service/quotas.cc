@@ -63,9 +63,11 @@ Quotas::Measures& Quotas::FilledMeasures(const HttpRequest& request) {
       measures.photos.left -= used->second.photos;
       measures.bytes.left -= used->second.bytes;
       measures.reports.left -= used->second.reports;
+      measures.contributions.left -= used->second.contributions;
       // What was filled since; nothing where the clock was put back.
       const auto passed_ms = static_cast<double>(world_.unix_ms() - used->second.time_unix_ms);
-      for (Measure* const measure : {&measures.photos, &measures.bytes, &measures.reports})
+      for (Measure* const measure :
+           {&measures.photos, &measures.bytes, &measures.reports, &measures.contributions})
         measure->Fill(std::max(passed_ms, 0.0) / 1000);
       restored_.erase(used);
     }
@@ -136,8 +138,13 @@ std::optional<HttpAnswer> Quotas::TakeReport(const HttpRequest& request) {
 
 std::optional<HttpAnswer> Quotas::TakeContribution(const HttpRequest& request) {
   if (request.token_number == 0) return std::nullopt;
-  const std::lock_guard lock(mutex_);
-  return TakeOne("the token's quota of contributions", &FilledMeasures(request).contributions);
+  std::optional<HttpAnswer> refusal;
+  {
+    const std::lock_guard lock(mutex_);
+    refusal = TakeOne("the token's quota of contributions", &FilledMeasures(request).contributions);
+  }
+  if (!refusal) Keep(request);
+  return refusal;
 }
 
 void Quotas::Keep(const HttpRequest& request) {
@@ -152,6 +159,7 @@ void Quotas::Keep(const HttpRequest& request) {
     use.photos = measures.photos.full - measures.photos.left;
     use.bytes = measures.bytes.full - measures.bytes.left;
     use.reports = measures.reports.full - measures.reports.left;
+    use.contributions = measures.contributions.full - measures.contributions.left;
   }
   world_.keep(use);
 }

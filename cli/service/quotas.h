@@ -20,8 +20,7 @@ namespace veduta {
 // gives of photos, bytes, reports and contributions, and ten seconds of requests. Photos,
 // contributions and requests without a token, which are the owner's or come where there are none,
 // are not counted; reports are counted of all who come without one together, but the owner, and
-// also by the address that they come from. Addresses, and contributions that were opened, are held
-// in memory alone. Thread-safe.
+// also by the address that they come from. Addresses are held in memory alone. Thread-safe.
 class Quotas final {
  public:
   using Clock = std::chrono::steady_clock;
@@ -33,8 +32,8 @@ class Quotas final {
                  std::chrono::system_clock::now().time_since_epoch())
           .count();
     };
-    // Told of each change of photos, bytes and reports, one call at a time; requests fill again in
-    // ten seconds, and are not remembered. May be empty.
+    // Told of each change of photos, bytes, reports and contributions, one call at a time; requests
+    // fill again in ten seconds, and are not remembered. May be empty.
     std::function<void(const TokenUse&)> keep = {};
   };
   // `usual` counts where a token has no quota of its own; none of its numbers is 0.

@@ -79,4 +79,9 @@ std::string SenderOf(const std::string& address) {
   return TextOf(six) + "/64";
 }
 
+std::string CountedSender(const std::string& peer, const std::set<std::string>& proxies) {
+  const bool is_anybody = peer == "127.0.0.1" || peer == "::1" || proxies.contains(peer);
+  return is_anybody ? "" : SenderOf(peer);
+}
+
 }  // namespace veduta

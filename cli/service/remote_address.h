@@ -27,4 +27,8 @@ std::string SenderAddress(const std::string& peer, const std::string& forwarded_
 // which a sender takes whatever address it likes.
 std::string SenderOf(const std::string& address);
 
+// SenderOf the peer of a connection, whose connections are counted; empty for this machine and for
+// proxies, by which anybody may come.
+std::string CountedSender(const std::string& peer, const std::set<std::string>& proxies);
+
 }  // namespace veduta

@@ -25,10 +25,13 @@ struct EngineOptions {
   uint64_t block_cache_bytes = 256ull << 20;      // >= 1; of the database's files
   uint64_t feature_cache_bytes = 768ull << 20;    // >= 1; of images' features
   uint64_t undistort_cache_bytes = 256ull << 20;  // >= 1; of cameras' lookup tables
+  // >= 3; of surfaces: a third for coarse parts of them, the rest for meshes in the dense pass.
+  uint64_t surface_cache_bytes = 768ull << 20;
   // Memory for photos that are decoded and whose features are extracted at the same time, on
   // however many threads; a photo that needs more (about 40 bytes for each of its pixels up to 33
-  // Mpx, 16 beyond) is prepared alone. 0: half of what the three caches leave of the memory that
-  // the process may use, at least 256 MiB. Changes no photo's verdict.
+  // Mpx, 16 beyond) is prepared alone. The dense pass takes what it decodes, and what a depth map
+  // needs, from the same. 0: half of what the first three caches leave of the memory that the
+  // process may use, at least 256 MiB. Changes no photo's verdict.
   uint64_t prepare_memory_bytes = 0;
   // The path of `veduta-decoder`, which has each photo decoded in a process of its own that can do
   // nothing else: for photos of strangers. Empty: the engine's threads decode them. Changes no

@@ -58,6 +58,9 @@ class MemoryBudget final {
   uint64_t next_ = 0, served_ = 0;  // numbers of those who came, and of those who have their share
 };
 
+// Waits for so many bytes, as MemoryBudget::Take does. Empty: nobody counts them.
+using TakeMemory = std::function<MemoryBudget::Share(uint64_t bytes)>;
+
 // The memory that this process may use: the smallest of the machine's memory, the limit of its
 // control group (Linux, both versions) and the limit of its address space. It asks how much there
 // is and never how much is free.

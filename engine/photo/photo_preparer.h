@@ -117,6 +117,10 @@ class PhotoPreparer final {
   PreparedPhoto Extract(const PhotoSource& source, const std::optional<CameraModel>& camera,
                         PhotoLayout preferred = PhotoLayout::kAsStored) const;
   const PhotoDecoder& decoder() const { return decoder_; }
+  UndistortCache& tables() const { return *tables_; }
+  // Waits for bytes of the memory that photos are prepared with, for what else takes much for a
+  // while. Whoever holds some must not wait for a photo to be prepared.
+  MemoryBudget::Share TakeMemory(uint64_t bytes) const;
 
  private:
   // The photo's bytes: those of its source, or read into `own`, with the hash and the size noted in
@@ -126,7 +130,6 @@ class PhotoPreparer final {
                                                     PreparedPhoto* photo) const;
   // PrepareBytes, and what handing the photo to the decoder takes.
   uint64_t NeededBytes(uint64_t size_bytes, uint64_t pixel_count) const;
-  MemoryBudget::Share TakeMemory(uint64_t bytes) const;
   void ExtractBytes(std::span<const uint8_t> bytes, const PhotoHeader& header,
                     const std::optional<CameraModel>& camera, PhotoLayout preferred,
                     PreparedPhoto* photo) const;

@@ -109,8 +109,17 @@ bool CanHalve(const Level& level) {
   return is_large(level.key) && std::all_of(level.sensors.begin(), level.sensors.end(), is_large);
 }
 
+double VolumeBytes(uint64_t pixel_count, uint32_t plane_count) {
+  return static_cast<double>(pixel_count) * PlaneStride(plane_count) * kBytesPerCost;
+}
+
 double VolumeBytes(const Level& level, uint32_t plane_count) {
-  return static_cast<double>(level.key.gray.size()) * PlaneStride(plane_count) * kBytesPerCost;
+  return VolumeBytes(level.key.gray.size(), plane_count);
+}
+
+// Of the planes that are parallel to dominant ones.
+uint32_t FamilyLabels(const DepthOptions& options) {
+  return options.slanted_plane_count * (kFamilyPlanes + 1);
 }
 
 std::vector<SweepPlane> FrontoParallel(const PlaneSpacing& spacing) {
@@ -210,7 +219,7 @@ class Estimator final {
     }
     const double budget = static_cast<double>(options_.volume_bytes_max);
     const auto whole = [&](const Level& level) {
-      return VolumeBytes(level, level.planes.count + FamilyLabels());
+      return VolumeBytes(level, level.planes.count + FamilyLabels(options_));
     };
     while (whole(levels_.back()) > budget) {
       const double smallest =
@@ -227,8 +236,6 @@ class Estimator final {
     if (!MeasureLevel(range_, options_, &levels_.back())) levels_.pop_back();
     return Status::Ok();
   }
-
-  uint32_t FamilyLabels() const { return options_.slanted_plane_count * (kFamilyPlanes + 1); }
 
   Status TooLarge(double bytes) const {
     const uint64_t needed = static_cast<uint64_t>(bytes), given = options_.volume_bytes_max;
@@ -374,6 +381,12 @@ Status DepthOptions::Check() const {
       .Between("penalty_large_min", penalty_large_min, 0, penalty_large)
       .Between("confidence_min", confidence_min, 0, 255)
       .status();
+}
+
+uint64_t DepthVolumeBytes(const ViewGeometry& key, const DepthOptions& options) {
+  const double most = VolumeBytes(uint64_t{key.width_px} * key.height_px,
+                                  options.plane_count_max + FamilyLabels(options));
+  return std::min(options.volume_bytes_max, static_cast<uint64_t>(most));
 }
 
 Result<DepthMap> EstimateDepth(const View& key, std::span<const View> sensors,

@@ -65,6 +65,9 @@ VEDUTA_OPTION_FIELDS(DepthOptions, plane_step_px, plane_count_max, volume_bytes_
                      slanted_plane_count, refinement_count, penalty_small, penalty_large,
                      penalty_large_min, confidence_min, speckle_pixels_min)
 
+// What the costs of a key view take at most, which is most of what EstimateDepth takes.
+uint64_t DepthVolumeBytes(const ViewGeometry& key, const DepthOptions& options);
+
 // Depth and confidence of each pixel of `key`; not known (0) where no plane stands out and in
 // patches too small. What no sensor view sees gets a depth too, if its neighbours suggest one:
 // CheckConsistency takes it out again. `key` and `sensors` (1 to 16) have their gray images; sizes

@@ -16,8 +16,6 @@
 namespace veduta {
 namespace {
 
-constexpr size_t kMapsKept = 24;  // chosen by hand; not measured: a map and its neighbours, often
-
 class CheckStage final {
  public:
   CheckStage(const CheckStageOptions& options, const MovementTolerance& tolerance, DensePass* pass)
@@ -121,7 +119,9 @@ class CheckStage final {
                                                         {depth.depth_near, depth.depth_far}));
       return std::make_shared<const DepthMap>(std::move(map));
     };
-    return maps_.GetOrMake(depth.image.value, load, [](const auto&) { return uint64_t{1}; });
+    return maps_.GetOrMake(depth.image.value, load, [](const auto& map) {
+      return 5 * uint64_t{map->width_px} * map->height_px;
+    });
   }
 
   ViewGeometry GeometryOf(const DepthRecord& depth) const {
@@ -216,7 +216,7 @@ class CheckStage final {
   const std::shared_ptr<const Snapshot> snapshot_;  // raw depth maps do not change in this stage
   std::map<ImageId, DepthRecord> depths_;
   std::map<ImageId, Eigen::Vector3d> centers_;
-  LruCache<uint32_t, std::shared_ptr<const DepthMap>> maps_{kMapsKept};  // by image
+  LruCache<uint32_t, std::shared_ptr<const DepthMap>> maps_{pass_.map_bytes_max()};  // by image
   StageCount count_;
 };
 

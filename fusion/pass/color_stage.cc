@@ -20,10 +20,6 @@
 namespace veduta {
 namespace {
 
-// Chosen by hand; not measured.
-constexpr size_t kColorViewsKept = 48;
-constexpr size_t kRayTilesBytesMax = 512ull << 20;
-
 // Where a photo stands for the surface, and how it looks: the pose that its depth map was
 // integrated with.
 struct ColorSource {
@@ -77,7 +73,8 @@ class ColorStage final {
         coloring_(options.coloring),
         pass_(*pass),
         snapshot_(pass->GetSnapshot()),
-        loader_(snapshot_, options.side_px, /*view_count_max=*/1, pass->decoder()) {}
+        loader_(snapshot_, options.side_px, /*view_bytes_max=*/1, pass->views()),
+        views_(pass->map_bytes_max()) {}
 
   Result<StageCount> Run() {
     VEDUTA_ASSIGN_OR_RETURN(const auto depths, LoadDepths(pass_));
@@ -97,7 +94,7 @@ class ColorStage final {
     }
     VEDUTA_ASSIGN_OR_RETURN(ray_device_, RayDevice::Open());
     RayTileCache rays(
-        ray_device_, [&](uint64_t tile) { return LoadMesh(tile); }, kRayTilesBytesMax);
+        ray_device_, [&](uint64_t tile) { return LoadMesh(tile); }, pass_.mesh_bytes_max());
     for (size_t i = 0; i < tiles_.size(); ++i) {
       VEDUTA_RETURN_IF_ERROR(pass_.Tell("colours", i, tiles_.size()));
       VEDUTA_RETURN_IF_ERROR(Update(i, &rays));
@@ -149,7 +146,9 @@ class ColorStage final {
                               ColorView::Make(placed, Eigen::Vector3f(gain[0], gain[1], gain[2])));
       return std::make_shared<const ColorView>(std::move(made));
     };
-    return views_.GetOrMake(id.value, make, [](const auto&) { return uint64_t{1}; });
+    return views_.GetOrMake(id.value, make, [](const auto& view) {
+      return 8 * uint64_t{view->geometry().width_px} * view->geometry().height_px;
+    });
   }
 
   // The tiles that may stand between a tile and the photos that may see it.
@@ -222,7 +221,7 @@ class ColorStage final {
   std::vector<TileRecord> tiles_;  // those with triangles; ascending places
   std::vector<Eigen::AlignedBox3d> boxes_;
   std::shared_ptr<const RayDevice> ray_device_;
-  LruCache<uint32_t, std::shared_ptr<const ColorView>> views_{kColorViewsKept};  // by image
+  LruCache<uint32_t, std::shared_ptr<const ColorView>> views_;  // by image
   StageCount count_;
 };
 

@@ -2,12 +2,13 @@
 #pragma once
 // What the dense pass works with.
 
+#include <cstdint>
 #include <functional>
 #include <stop_token>
 #include <string_view>
 
-#include "engine/camera/decoder.h"
 #include "engine/writer/writer.h"
+#include "fusion/pass/view_loader.h"
 #include "storage/base/thread_pool.h"
 
 namespace veduta {
@@ -23,7 +24,10 @@ struct DensePassTools {
   Device* device = nullptr;  // null: C++ on the pool. The result is the same, bit for bit.
   DenseProgress progress;    // may be empty
   std::stop_token stop;
-  const PhotoDecoder& decoder = DecoderInProcess();  // of stored photos
+  ViewTools views = {};
+  // Of what a stage keeps: one half of views or depth maps, the other of meshes that rays are cast
+  // at. Chosen by hand.
+  uint64_t cache_bytes = 512ull << 20;
 };
 
 }  // namespace veduta

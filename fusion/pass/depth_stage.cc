@@ -18,8 +18,6 @@ namespace {
 // For features that are computed again: a table or two. Chosen by hand; not measured.
 constexpr uint64_t kTablesBytesMax = 64ull << 20;
 
-constexpr size_t kViewsKept = 16;  // chosen by hand; not measured: a key view and its neighbours
-
 // What is filled in the photo has no depth.
 void ForgetFilled(const View& view, DepthPixels* pixels) {
   for (size_t i = 0; i < view.filled.size(); ++i) {
@@ -35,7 +33,7 @@ class DepthStage final {
         tolerance_(tolerance),
         pass_(*pass),
         without_depth_(without_depth),
-        loader_(pass->GetSnapshot(), options.side_px, kViewsKept, pass->decoder()) {
+        loader_(pass->GetSnapshot(), options.side_px, pass->map_bytes_max(), pass->views()) {
     for (const auto& [id, image] : pass->scene().images)
       centers_[id] = image.cam_from_world.Center();
   }
@@ -116,7 +114,7 @@ class DepthStage final {
   Result<std::vector<SensorView>> Rank(const SceneImage& image) {
     VEDUTA_ASSIGN_OR_RETURN(const Features features,
                             ReadOrDeriveFeatures(loader_.snapshot(), image.record, image.camera,
-                                                 &tables_, pass_.decoder()));
+                                                 &tables_, pass_.views().decoder));
     KeyView key{
         image.record.width_px, image.record.height_px, image.cam_from_world.Center(), {}, {}};
     key.features.reserve(features.size());
@@ -221,6 +219,8 @@ class DepthStage final {
       sensors.push_back(**view);
     }
     const DepthRange range{plan.depth_near, plan.depth_far};
+    const MemoryBudget::Share share =
+        pass_.TakeMemory(DepthVolumeBytes((*key)->geometry, options_.estimation));
     const Result<DepthMap> map = EstimateDepth(**key, sensors, range, options_.estimation,
                                                pass_.device(), pass_.pool(), pass_.stop());
     // It is made again by the next pass.

@@ -41,7 +41,7 @@ Result<std::shared_ptr<const RangeImage>> RangeImages::Get(ImageId image, uint64
     VEDUTA_ASSIGN_OR_RETURN(RangeImage made, RangeImage::Make(map, GeometryOf(depth)));
     return std::make_shared<const RangeImage>(std::move(made));
   };
-  return images_.GetOrMake(version, load, [](const auto&) { return uint64_t{1}; });
+  return images_.GetOrMake(version, load, [](const auto& image) { return image->size_bytes(); });
 }
 
 }  // namespace veduta

@@ -20,9 +20,10 @@ bool MaySeeTile(const ViewGeometry& view, double far, GridPlace tile, const Volu
 // Keeps the images that were asked for last. Thread-safe.
 class RangeImages final {
  public:
-  // 9 bytes for each pixel of at most image_count_max >= 1 images.
-  RangeImages(std::shared_ptr<const Snapshot> snapshot, size_t image_count_max)
-      : snapshot_(std::move(snapshot)), images_(image_count_max) {}
+  // Images of up to bytes_max bytes are kept, 9 for each of their pixels, and the last one in any
+  // case.
+  RangeImages(std::shared_ptr<const Snapshot> snapshot, uint64_t bytes_max)
+      : snapshot_(std::move(snapshot)), images_(bytes_max) {}
 
   Result<std::shared_ptr<const RangeImage>> Get(ImageId image, uint64_t version);
 

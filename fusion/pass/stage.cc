@@ -29,6 +29,10 @@ Status DensePass::CheckStop() const {
              : Status::Ok();
 }
 
+MemoryBudget::Share DensePass::TakeMemory(uint64_t bytes) const {
+  return tools_.views.take_memory ? tools_.views.take_memory(bytes) : MemoryBudget::Share();
+}
+
 Status DensePass::Commit(const Write& write) {
   Writer::Turn turn = tools_.writer.Take();
   const auto transaction = turn.database().BeginTransaction();

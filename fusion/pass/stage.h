@@ -36,7 +36,12 @@ class DensePass final {
   ReconstructionId surface() const { return surface_; }
   void set_surface(ReconstructionId surface) { surface_ = surface; }
   ThreadPool& pool() const { return tools_.pool; }
-  const PhotoDecoder& decoder() const { return tools_.decoder; }
+  const ViewTools& views() const { return tools_.views; }
+  // Waits for so many bytes of the memory that the pass shares with others.
+  MemoryBudget::Share TakeMemory(uint64_t bytes) const;
+  // What a stage may keep of views or depth maps, and of meshes.
+  uint64_t map_bytes_max() const { return tools_.cache_bytes / 2; }
+  uint64_t mesh_bytes_max() const { return tools_.cache_bytes / 2; }
   Device* device() const { return tools_.device; }  // null: C++
   // Whether somebody asked to stop; for what would take long until the next piece.
   const std::stop_token& stop() const { return tools_.stop; }

@@ -16,6 +16,11 @@ constexpr double kBorderPx =
     1.5;  // undistorted pixels nearer to the photo's edge are blended with black
 constexpr int kBorderStepPx = 8;  // between looks along an edge: it bends slowly
 
+// What a pixel of a photo takes while it is made a view: decoding takes up to 16 bytes
+// (DecodeLimits), then it is straightened, scaled, grey, and in the other order of colours. Counted
+// from the buffers; not measured.
+constexpr uint64_t kBytesPerPixel = 26;
+
 // The pixels that remain, [left, right] and [top, bottom].
 struct Crop {
   int left = 0, top = 0, right = 0, bottom = 0;
@@ -86,13 +91,21 @@ Result<std::shared_ptr<const View>> ViewLoader::Load(const SceneImage& image) {
     VEDUTA_ASSIGN_OR_RETURN(View view, Make(image));
     return std::make_shared<const View>(std::move(view));
   };
-  return views_.GetOrMake(image.record.id.value, make, [](const auto&) { return uint64_t{1}; });
+  return views_.GetOrMake(image.record.id.value, make, [](const auto& view) {
+    return uint64_t{view->gray.size() + view->rgb.size() + view->filled.size()};
+  });
 }
 
 Result<View> ViewLoader::Make(const SceneImage& image) {
   VEDUTA_ASSIGN_OR_RETURN(const StoredBytes bytes, snapshot_->GetPhoto(image.record.photo));
+  const uint64_t pixel_count = uint64_t{image.camera.width_px} * image.camera.height_px;
+  MemoryBudget::Share share;
+  if (tools_.take_memory) {
+    share = tools_.take_memory(kBytesPerPixel * pixel_count +
+                               tools_.decoder.HandoverBytes(bytes.bytes().size(), pixel_count));
+  }
   const DecodedPhoto photo = DecodePhoto(
-      decoder_, bytes.bytes(), decoder_.Examine(bytes.bytes()).header, DecodeLimits(),
+      tools_.decoder, bytes.bytes(), tools_.decoder.Examine(bytes.bytes()).header, DecodeLimits(),
       {{image.camera.width_px, image.camera.height_px}, StoredLayout(image.record.orientation)});
   if (photo.outcome == DecodeOutcome::kNoMemory) {
     return Status::NoMemory(image.record.name + ": " + photo.detail);
@@ -106,7 +119,8 @@ Result<View> ViewLoader::Make(const SceneImage& image) {
   // The photo, or another picture of its size, without lens and border and of the view's size.
   const auto as_view = [&](cv::Mat picture) -> Result<cv::Mat> {
     if (IsDistorted(image.camera)) {
-      VEDUTA_ASSIGN_OR_RETURN(picture, tables_.Undistort(image.camera, picture));
+      UndistortCache& tables = tools_.tables != nullptr ? *tools_.tables : own_tables_;
+      VEDUTA_ASSIGN_OR_RETURN(picture, tables.Undistort(image.camera, picture));
     }
     picture = picture(
         cv::Rect(crop.left, crop.top, crop.right - crop.left + 1, crop.bottom - crop.top + 1));

@@ -8,6 +8,7 @@
 
 #include "engine/camera/decoder.h"
 #include "engine/camera/undistorter.h"
+#include "engine/photo/memory_budget.h"
 #include "fusion/pass/scene.h"
 #include "storage/base/lru_cache.h"
 #include "storage/database.h"
@@ -24,18 +25,25 @@ inline constexpr uint32_t kViewVersion = 1;
 // larger). The pose is the image's. Deterministic, thread-safe.
 ViewGeometry ViewGeometryOf(const SceneImage& image, uint32_t side_px);
 
+// What views are made with.
+struct ViewTools {
+  const PhotoDecoder& decoder = DecoderInProcess();
+  UndistortCache* tables = nullptr;  // null: each loader has some of its own
+  TakeMemory take_memory = {};       // for what a photo takes while it is made a view
+};
+
 // Not thread-safe. Keeps the views that were asked for last.
 class ViewLoader final {
  public:
-  // side_px as above; view_count_max >= 1 views are kept, 4 bytes for each of their pixels. The
-  // decoder must outlive the loader.
-  ViewLoader(std::shared_ptr<const Snapshot> snapshot, uint32_t side_px, size_t view_count_max,
-             const PhotoDecoder& decoder = DecoderInProcess())
+  // side_px as above. Views of up to view_bytes_max bytes are kept, 4 for each of their pixels, and
+  // the last one in any case. What the tools refer to must outlive the loader.
+  ViewLoader(std::shared_ptr<const Snapshot> snapshot, uint32_t side_px, uint64_t view_bytes_max,
+             ViewTools tools = {})
       : snapshot_(std::move(snapshot)),
         side_px_(side_px),
-        tables_(256ull << 20),
-        views_(view_count_max),
-        decoder_(decoder) {}
+        own_tables_(256ull << 20),
+        views_(view_bytes_max),
+        tools_(std::move(tools)) {}
 
   // With gray and rgb. kCorruption, naming the photo, when it cannot be decoded any more.
   Result<std::shared_ptr<const View>> Load(const SceneImage& image);
@@ -47,9 +55,9 @@ class ViewLoader final {
 
   const std::shared_ptr<const Snapshot> snapshot_;
   const uint32_t side_px_;
-  UndistortCache tables_;
+  UndistortCache own_tables_;
   LruCache<uint32_t, std::shared_ptr<const View>> views_;  // by image
-  const PhotoDecoder& decoder_;
+  const ViewTools tools_;
 };
 
 }  // namespace veduta

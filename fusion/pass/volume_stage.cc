@@ -15,7 +15,6 @@
 namespace veduta {
 namespace {
 
-constexpr size_t kRangeImagesKept = 48;  // chosen by hand; not measured
 // Maps that a tile holds: more than so many of full weight, and a voxel's counters would overflow
 // (fusion/volume/histogram.h).
 constexpr size_t kTileMapsMax = 1000;
@@ -47,7 +46,7 @@ class VolumeStage final {
         allocation_(allocation),
         pass_(*pass),
         snapshot_(pass->GetSnapshot()),
-        images_(snapshot_, kRangeImagesKept) {}
+        images_(snapshot_, pass->map_bytes_max()) {}
 
   Result<StageCount> Run() {
     VEDUTA_RETURN_IF_ERROR(FindTiles());

@@ -60,6 +60,8 @@ class RangeImage final {
   // all maps, say). Deterministic; single-threaded; O(pixels), some 30 ns each.
   std::vector<NamedBlock> BlocksNearSurface(const VolumeGrid& grid) const;
 
+  uint64_t size_bytes() const { return 9 * uint64_t{confidence_.size()}; }
+
  private:
   RangeImage() = default;
   double WeightOf(size_t pixel, double depth, const VolumeGrid& grid) const;

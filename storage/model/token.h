@@ -44,7 +44,7 @@ struct TokenRecord {
 struct TokenUse {
   uint32_t token = 0;  // its number; 0: all who ask without one
   int64_t time_unix_ms = 0;
-  double photos = 0, bytes = 0, reports = 0;  // finite, 0 or more
+  double photos = 0, bytes = 0, reports = 0, contributions = 0;  // finite, 0 or more
 };
 
 }  // namespace veduta

@@ -67,6 +67,7 @@ struct TokenUse {
   photos @1 :Float64;
   bytes @2 :Float64;
   reports @3 :Float64;
+  contributions @4 :Float64;
 }
 
 struct Hidden {

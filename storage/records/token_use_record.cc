@@ -23,7 +23,7 @@ Status ParseTokenUseKey(std::string_view key, TokenUse* use) {
 }
 
 Status Check(const TokenUse& use) {
-  for (const double used : {use.photos, use.bytes, use.reports}) {
+  for (const double used : {use.photos, use.bytes, use.reports, use.contributions}) {
     if (!std::isfinite(used) || used < 0) return Broken("use of a quota", used, "0 or more");
   }
   return Status::Ok();
@@ -36,6 +36,7 @@ Result<std::string> Encode(const TokenUse& use) {
     to.setPhotos(use.photos);
     to.setBytes(use.bytes);
     to.setReports(use.reports);
+    to.setContributions(use.contributions);
   });
 }
 
@@ -45,6 +46,7 @@ Status Decode(std::string_view value, TokenUse* use) {
     use->photos = from.getPhotos();
     use->bytes = from.getBytes();
     use->reports = from.getReports();
+    use->contributions = from.getContributions();
     return Damaged(Check(*use));
   });
 }

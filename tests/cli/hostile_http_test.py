@@ -40,6 +40,24 @@ class Hostile(Case):
             for inner in (b'kj', b'c++', b'stack', b'rror:'):
                 self.assertNotIn(inner, body)
 
+    def test_one_address_leaves_half_of_the_connections_to_others(self):
+        host, port = self.daemon.host.split(':')
+        with contextlib.ExitStack() as held:
+            # Another address of this machine, which stands for a stranger's.
+            strangers = [held.enter_context(contextlib.closing(socket.create_connection(
+                (host, int(port)), timeout=60, source_address=('127.0.0.2', 0))))
+                for _ in range(300)]
+            ask = b'GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n'
+            answered = 0
+            for one in strangers:
+                with contextlib.suppress(OSError):
+                    one.sendall(ask)
+                    answered += one.recv(100).startswith(b'HTTP/1.1 200 ')
+            self.assertEqual(answered, 256)
+            with self.connect() as other:
+                other.sendall(ask)
+                self.assertTrue(other.recv(100).startswith(b'HTTP/1.1 200 '))
+
     def events(self, last):
         """What is told within two seconds to who has the entry `last`."""
         told = b''

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 # Goal: `veduta serve --memory` bounds what it says: too little is refused with the least that
-#   works, with the least photos are placed, and bodies that arrive have an eighth of it.
+#   works, with the least photos are placed, and bodies that arrive have an eighth of it, of which
+#   one token has half.
 # Method: a real daemon; bodies that come in part and stay so.
 # usage: tests/cli/memory_test.py VEDUTA VEDUTA_STREET [TEST...]
 import contextlib
 import json
 
-from city import Case, main, new_database, photo, render, SIZE
+from city import Case, main, must, new_database, photo, render, SIZE
 from daemon import Daemon
 
 MIB = 1 << 20
@@ -43,6 +44,31 @@ class Memory(Case):
         self.assertIn('arriving', answer)
         for options in (('--memory', '2GiB'), ()):
             self.assertEqual(self.answer_beside(db, 120 * MIB, *options)[0], 422, 'it is no photo')
+
+    def test_one_who_sends_leaves_half_of_it_to_others(self):
+        db = new_database('halves')
+        tokens = [must('token', 'create', db, name, '--role', 'contributor').strip()
+                  for name in ('anna', 'ben')]
+        with Daemon(db, '--memory', '1GiB') as daemon, contextlib.ExitStack() as held:
+            def send(token, size):
+                """A body of which a byte is missing; the answer, where one comes all the same."""
+                connection = held.enter_context(contextlib.closing(daemon.connect()))
+                connection.putrequest('POST', '/v1/localize')
+                connection.putheader('Content-Type', 'image/jpeg')
+                connection.putheader('Authorization', f'Bearer {token}')
+                connection.putheader('Content-Length', str(size + 1))
+                connection.endheaders()
+                with contextlib.suppress(BrokenPipeError, ConnectionResetError):
+                    connection.send(bytes(size))
+                connection.sock.settimeout(2)
+                try:
+                    return connection.getresponse().status
+                except TimeoutError:
+                    return None
+            self.assertIsNone(send(tokens[0], 40 * MIB))
+            self.assertEqual(send(tokens[0], 40 * MIB), 429)
+            self.assertIsNone(send(tokens[0], 10 * MIB), 'half of 128 MiB')
+            self.assertIsNone(send(tokens[1], 60 * MIB))
 
     def test_the_least_places_photos(self):
         with Daemon(new_database('least'), '--memory', '1GiB') as daemon:

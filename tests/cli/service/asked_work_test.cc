@@ -77,6 +77,14 @@ TEST(AskedWork, TurnsAreOfTokensOrElseOfAddresses) {
   EXPECT_EQ(AskerOf(request), "token 1") << "however it is spelled";
   request.is_of_owner = true;
   EXPECT_EQ(AskerOf(request), "owner");
+  EXPECT_EQ(HolderOf(request), "") << "the owner's are not counted";
+  request = {};
+  request.address = "127.0.0.1";
+  EXPECT_EQ(HolderOf(request), "") << "by a proxy all come from this machine";
+  request.address = "192.0.2.1";
+  EXPECT_EQ(HolderOf(request), "192.0.2.1");
+  request.token_number = 7;
+  EXPECT_EQ(HolderOf(request), "token 7");
 }
 
 }  // namespace

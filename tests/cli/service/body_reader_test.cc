@@ -29,7 +29,7 @@ class BodyReaderTest : public testing::Test {
   kj::EventLoop loop_;
   kj::WaitScope scope_{loop_};
   kj::TimerImpl timer_{kj::origin<kj::TimePoint>()};
-  std::shared_ptr<Budget> budget_ = std::make_shared<Budget>(3'000'000);
+  std::shared_ptr<DividedBudget> budget_ = std::make_shared<DividedBudget>(3'000'000);
   BodyReader reader_{&timer_, 2'500'000};
   kj::OneWayPipe pipe_ = kj::newOneWayPipe();
   std::vector<uint8_t> sent_;
@@ -43,7 +43,7 @@ TEST_F(BodyReaderTest, ReadsTheWholeBody) {
   EXPECT_FALSE(arriving->refusal);
   EXPECT_TRUE(arriving->has_ended);
   EXPECT_EQ(arriving->request.body, sent_);
-  EXPECT_EQ(arriving->share->taken, sent_.size());
+  EXPECT_EQ(arriving->share->taken(), sent_.size());
 }
 
 TEST_F(BodyReaderTest, ReadsPartAfterPart) {
@@ -82,7 +82,7 @@ TEST_F(BodyReaderTest, RefusesWhatTheBudgetHasNoRoomFor) {
   EXPECT_FALSE(budget_->Take(200'000));
   budget_->Give(2'900'000);
   arriving.reset();
-  EXPECT_TRUE(budget_->Take(3'000'000)) << "its share was given back";
+  EXPECT_TRUE(budget_->Grow("", 0, 3'000'000)) << "its share was given back";
 }
 
 TEST_F(BodyReaderTest, SmallBodiesAndTheOwnersAreTakenAllTheSame) {

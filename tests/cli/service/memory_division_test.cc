@@ -19,8 +19,8 @@ TEST(MemoryDivision, PartsAreTheWholeAndAreTaken) {
     ASSERT_TRUE(division.ok()) << bytes;
     const uint64_t sum = division->prepare_memory_bytes + division->block_cache_bytes +
                          division->feature_cache_bytes + division->undistort_cache_bytes +
-                         division->bodies_bytes_max + division->answers_bytes_max +
-                         division->rpc_bytes_max;
+                         division->surface_cache_bytes + division->bodies_bytes_max +
+                         division->answers_bytes_max + division->rpc_bytes_max;
     EXPECT_LE(sum, bytes);
     EXPECT_GT(sum, bytes - 16);
     HttpDoorOptions http;
@@ -33,6 +33,7 @@ TEST(MemoryDivision, PartsAreTheWholeAndAreTaken) {
     engine.block_cache_bytes = division->block_cache_bytes;
     engine.feature_cache_bytes = division->feature_cache_bytes;
     engine.undistort_cache_bytes = division->undistort_cache_bytes;
+    engine.surface_cache_bytes = division->surface_cache_bytes;
     EXPECT_TRUE(engine.Check().ok()) << engine.Check().message();
   }
 }
@@ -40,7 +41,6 @@ TEST(MemoryDivision, PartsAreTheWholeAndAreTaken) {
 TEST(MemoryDivision, OfFourGiBIsWhatTheDaemonTakesByItself) {
   const auto division = DivideMemory(4ull << 30);
   ASSERT_TRUE(division.ok());
-  EXPECT_EQ(division->feature_cache_bytes, EngineOptions().feature_cache_bytes);
   EXPECT_EQ(division->undistort_cache_bytes, EngineOptions().undistort_cache_bytes);
   EXPECT_EQ(division->bodies_bytes_max, HttpDoorOptions().bodies_bytes_max);
   EXPECT_EQ(division->answers_bytes_max, HttpDoorOptions().answers_bytes_max);

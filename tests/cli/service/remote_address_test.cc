@@ -50,5 +50,13 @@ TEST(RemoteAddress, ASenderHas64BitsOfVersion6) {
   EXPECT_EQ(SenderOf(""), "");
 }
 
+TEST(RemoteAddress, ConnectionsByWhichAnybodyMayComeAreNotCounted) {
+  const std::set<std::string> proxy = {"192.0.2.1"};
+  for (const char* const anybody : {"127.0.0.1", "::1", "192.0.2.1", ""})
+    EXPECT_EQ(CountedSender(anybody, proxy), "") << anybody;
+  EXPECT_EQ(CountedSender("192.0.2.2", proxy), "192.0.2.2");
+  EXPECT_EQ(CountedSender("2001:db8::1", proxy), SenderOf("2001:db8::2"));
+}
+
 }  // namespace
 }  // namespace veduta

@@ -271,6 +271,19 @@ TEST(EstimateDepth, RefusesBadInput) {
   refuses("refinement_count", [](Scene&, DepthRange&, DepthOptions& o) { o.refinement_count = 9; });
 }
 
+TEST(EstimateDepth, TellsWhatItTakes) {
+  ViewGeometry small;
+  small.width_px = 512, small.height_px = 384;
+  DepthOptions options;
+  const uint64_t bytes = DepthVolumeBytes(small, options);
+  EXPECT_GE(bytes, uint64_t{512} * 384 * options.plane_count_max);
+  EXPECT_LT(bytes, options.volume_bytes_max);
+  options.plane_count_max = 16;
+  EXPECT_LT(DepthVolumeBytes(small, options), bytes);
+  small.width_px = small.height_px = 60'000;
+  EXPECT_EQ(DepthVolumeBytes(small, options), options.volume_bytes_max) << "what is allowed";
+}
+
 TEST(EstimateDepth, RefusesWhatDoesNotFit) {
   Scene scene({Rectangle{5}});
   const auto enlarge = [](View* view) {

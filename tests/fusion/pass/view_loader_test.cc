@@ -71,6 +71,26 @@ class ViewLoaderTest : public testing::Test {
   uint32_t last_image_ = 0;
 };
 
+TEST_F(ViewLoaderTest, AsksForTheMemoryThatItTakes) {
+  const SceneImage first = Store(std::vector<Eigen::Vector2d>(), Camera(0)),
+                   second = Store(std::vector<Eigen::Vector2d>(), Camera(0.15));
+  MemoryBudget budget(1 << 30);
+  UndistortCache tables(1 << 20);
+  std::vector<uint64_t> asked;
+  const TakeMemory take = [&](uint64_t bytes) {
+    asked.push_back(bytes);
+    return budget.Take(bytes);
+  };
+  ViewLoader loader(database_->GetSnapshot(), 0, 1, {DecoderInProcess(), &tables, take});
+  ASSERT_OK(loader.Load(first));
+  ASSERT_OK(loader.Load(first)) << "which is kept";
+  ASSERT_OK(loader.Load(second));
+  ASSERT_EQ(asked.size(), 2u);
+  for (const uint64_t bytes : asked) EXPECT_GE(bytes, 20u * kWidth * kHeight);
+  EXPECT_EQ(tables.stats().build_count, 1u) << "the tables that it was given";
+  EXPECT_TRUE(budget.TryTake(1 << 30)) << "all of it was given back";
+}
+
 uint8_t GrayAt(const View& view, const Eigen::Vector2d& px) {
   return view.gray[static_cast<size_t>(std::lround(px.y())) * view.geometry.width_px +
                    static_cast<size_t>(std::lround(px.x()))];

@@ -16,7 +16,7 @@ namespace {
 
 TEST(TokenUseRecord, RoundTrips) {
   for (const uint32_t token : {0u, 70'000u}) {
-    const TokenUse use{token, 1'700'000'000'123, 2.5, 1e12, 7};
+    const TokenUse use{token, 1'700'000'000'123, 2.5, 1e12, 7, 0.5};
     TokenUse decoded;
     ASSERT_OK(ParseTokenUseKey(TokenUseKey(token), &decoded));
     RoundTrip(use, &decoded);
@@ -25,15 +25,17 @@ TEST(TokenUseRecord, RoundTrips) {
     EXPECT_EQ(decoded.photos, use.photos);
     EXPECT_EQ(decoded.bytes, use.bytes);
     EXPECT_EQ(decoded.reports, use.reports);
+    EXPECT_EQ(decoded.contributions, use.contributions);
   }
 }
 
 TEST(TokenUseRecord, RefusesWhatBreaksARule) {
   for (const double wrong :
        {-1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
-    ExpectRefused(TokenUse{1, 0, wrong, 0, 0}, "use");
-    ExpectRefused(TokenUse{1, 0, 0, wrong, 0}, "use");
-    ExpectRefused(TokenUse{1, 0, 0, 0, wrong}, "use");
+    ExpectRefused(TokenUse{1, 0, wrong, 0, 0, 0}, "use");
+    ExpectRefused(TokenUse{1, 0, 0, wrong, 0, 0}, "use");
+    ExpectRefused(TokenUse{1, 0, 0, 0, wrong, 0}, "use");
+    ExpectRefused(TokenUse{1, 0, 0, 0, 0, wrong}, "use");
   }
 }
 
