@@ -43,6 +43,7 @@ veduta_imported_library(heif libheif/heif.h heif)
 veduta_imported_library(de265 libde265/de265.h de265)
 veduta_imported_library(webp webp/decode.h webp)
 veduta_imported_library(seccomp seccomp.h seccomp)
+veduta_imported_library(jemalloc jemalloc/jemalloc.h jemalloc)
 # Writes EXIF into WebP, for tests alone.
 veduta_imported_library(webpmux webp/mux.h webpmux)
 # FLANN is used by its headers alone, and they want lz4.
