@@ -43,9 +43,14 @@ class DividedBudget final {
     if (found->second == 0) used_by_.erase(found);
   }
 
+  uint64_t used() const {
+    const std::lock_guard lock(mutex_);
+    return used_;
+  }
+
  private:
   const uint64_t max_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   uint64_t used_ = 0;
   std::map<std::string, uint64_t> used_by_;
 };

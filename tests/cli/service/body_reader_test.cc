@@ -72,21 +72,21 @@ TEST_F(BodyReaderTest, RefusesWhatIsTooLarge) {
 }
 
 TEST_F(BodyReaderTest, RefusesWhatTheBudgetHasNoRoomFor) {
-  ASSERT_TRUE(budget_->Take(2'900'000));
+  ASSERT_TRUE(budget_->Grow("", 0, 2'900'000));
   Write(200'000);
   auto arriving = New();
   reader_.ReadAll(*pipe_.in, arriving).wait(scope_);
   ASSERT_TRUE(arriving->refusal);
   EXPECT_EQ(arriving->refusal->code, 429u);
   EXPECT_EQ(HeaderOf(*arriving->refusal, "Retry-After"), "5");
-  EXPECT_FALSE(budget_->Take(200'000));
-  budget_->Give(2'900'000);
+  EXPECT_FALSE(budget_->Grow("", 0, 200'000));
+  budget_->Give("", 2'900'000);
   arriving.reset();
   EXPECT_TRUE(budget_->Grow("", 0, 3'000'000)) << "its share was given back";
 }
 
 TEST_F(BodyReaderTest, SmallBodiesAndTheOwnersAreTakenAllTheSame) {
-  ASSERT_TRUE(budget_->Take(3'000'000));
+  ASSERT_TRUE(budget_->Grow("", 0, 3'000'000));
   Write(60'000);
   auto arriving = New();
   reader_.ReadAll(*pipe_.in, arriving).wait(scope_);
