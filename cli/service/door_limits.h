@@ -3,32 +3,33 @@
 // What the threads of the HTTP door have together, and may not exceed.
 
 #include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <set>
+#include <span>
 #include <string>
 
 #include "cli/service/budget.h"
 #include "cli/service/divided_budget.h"
-#include "cli/service/http_door.h"
 #include "cli/service/remote_address.h"
 
 namespace veduta {
 
-// Thread-safe. The options must outlive it.
+// Thread-safe.
 struct DoorLimits {
-  explicit DoorLimits(const HttpDoorOptions& o)
-      : options(o),
-        bodies(std::make_shared<DividedBudget>(o.bodies_bytes_max)),
-        answers(std::make_shared<DividedBudget>(o.answers_bytes_max)),
-        by_address(std::make_shared<DividedBudget>(o.connections_max)),
-        connections(o.connections_max),
-        connections_of_owner(o.connections_max),
-        followers(std::max(1u, o.connections_max / 2)) {
-    for (const std::string& proxy : o.proxies) {
+  // As HttpDoorOptions has them.
+  DoorLimits(uint64_t bodies_bytes_max, uint64_t answers_bytes_max, uint32_t connections_max,
+             std::span<const std::string> proxy_addresses)
+      : bodies(std::make_shared<DividedBudget>(bodies_bytes_max)),
+        answers(std::make_shared<DividedBudget>(answers_bytes_max)),
+        by_address(std::make_shared<DividedBudget>(connections_max)),
+        connections(connections_max),
+        connections_of_owner(connections_max),
+        followers(std::max(1u, connections_max / 2)) {
+    for (const std::string& proxy : proxy_addresses) {
       if (const auto plain = PlainAddress(proxy)) proxies.insert(*plain);
     }
   }
-  const HttpDoorOptions& options;
   // Shared with requests and connections that outlive the door.
   const std::shared_ptr<DividedBudget> bodies, answers;
   const std::shared_ptr<DividedBudget> by_address;  // connections of strangers

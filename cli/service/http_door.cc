@@ -49,11 +49,19 @@ std::string Text(kj::ArrayPtr<const char> text) {
   return {text.begin(), text.size()};
 }
 
+// What the threads of the door share.
+struct Limits : DoorLimits {
+  explicit Limits(const HttpDoorOptions& o)
+      : DoorLimits(o.bodies_bytes_max, o.answers_bytes_max, o.connections_max, o.proxies),
+        options(o) {}
+  const HttpDoorOptions& options;
+};
+
 // What one thread does.
 class HttpDoor final : private kj::TaskSet::ErrorHandler {
  public:
-  HttpDoor(CityService* service, DoorLimits* limits, kj::Timer* timer,
-           const kj::HttpHeaderTable& table, const KnownHeaders& known, bool is_of_owner)
+  HttpDoor(CityService* service, Limits* limits, kj::Timer* timer, const kj::HttpHeaderTable& table,
+           const KnownHeaders& known, bool is_of_owner)
       : service_(service),
         limits_(*limits),
         timer_(*timer),
@@ -380,7 +388,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
   void taskFailed(kj::Exception&&) override {}
 
   CityService* const service_;
-  DoorLimits& limits_;
+  Limits& limits_;
   kj::Timer& timer_;
   const BodyReader reader_, reader_of_none_;  // the latter of requests that have no body
   Budget* const taken_;                       // connections
@@ -394,7 +402,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
 
 // Serves connections of the socket on this thread, and of the owner's unless it is -1, until a stop
 // is requested. `listening` is called once they are taken, with the port.
-Status ServeOnThread(CityService* service, DoorLimits* limits, int socket, int owners,
+Status ServeOnThread(CityService* service, Limits* limits, int socket, int owners,
                      std::stop_token stop, const std::function<void(uint16_t port)>& listening) {
   try {
     auto io = MakeEventLoop();
@@ -463,7 +471,7 @@ Status ServeHttp(CityService* service, const HttpDoorOptions& options, std::stop
   const auto leave = kj::defer([&] {
     if (!options.database.empty()) RemoveSocket(options.database);
   });
-  DoorLimits limits(options);
+  Limits limits(options);
   std::stop_source stopping;  // of all threads: the failure of one ends the others
   const std::stop_callback on_stop(stop, [&] { stopping.request_stop(); });
   std::vector<Status> results(options.threads);
