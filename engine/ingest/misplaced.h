@@ -31,7 +31,9 @@ struct SideDoubts {
   std::vector<DoubtedImage> misplaced;
   // Of the others those that would stand there as well (DoubtOptions::either_side_points_min), or
   // may (either_side_matches_min), and those that lack much here (IsContradicted), though
-  // JudgeAround forgives what something may hide: at a seam it is too much.
+  // JudgeAround forgives what something may hide: at a seam it is too much. Where the other side
+  // has both of two twins, most points may lead to the wrong one, which the picture refutes
+  // (IsContradicted): then the other points are asked where the image would stand.
   std::vector<ImageId> unsure;
 };
 
@@ -42,7 +44,9 @@ Status WeighSide(const MappingContext& context, ImageId image, std::span<const P
                  ReconstructionId other, SideDoubts* doubts);
 
 // Weighs the two sides for those of `images` that lie in `own`, by their stored pairs, in the order
-// of `images`. O(images * neighbourhood).
+// of `images`; then for those that share most points with one that is unsure because the other side
+// refutes the place to which most of its points lead: they may have come here by it, or it by them.
+// O(images * neighbourhood).
 Result<SideDoubts> WeighSides(const MappingContext& context, std::span<const ImageId> images,
                               ReconstructionId own, ReconstructionId other);
 

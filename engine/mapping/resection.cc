@@ -196,15 +196,24 @@ Resection JudgePose(const Rigid3& pose, std::span<const Eigen::Vector2d> x,
   return result;
 }
 
+std::vector<uint32_t> ListRivals(const Rigid3& cam_from_world, std::span<const Eigen::Vector2d> x,
+                                 std::span<const Eigen::Vector3d> points, double focal_px,
+                                 const ResectionOptions& options) {
+  const double distance_min = options.rival_error_px_min / focal_px;
+  std::vector<uint32_t> rivals;
+  for (uint32_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector3d x_cam = cam_from_world * points[i];
+    if (x_cam.z() <= 0 || (x_cam.hnormalized() - x[i]).norm() >= distance_min) rivals.push_back(i);
+  }
+  return rivals;
+}
+
 uint32_t CountRivalInliers(std::span<const Eigen::Vector2d> x,
                            std::span<const Eigen::Vector3d> points, double focal_px,
                            const Resection& found, uint64_t seed, const ResectionOptions& options) {
   std::vector<Eigen::Vector2d> other_x;
   std::vector<Eigen::Vector3d> other_points;
-  const double distance_min = options.rival_error_px_min / focal_px;
-  for (size_t i = 0; i < x.size(); ++i) {
-    const Eigen::Vector3d x_cam = found.cam_from_world * points[i];
-    if (x_cam.z() > 0 && (x_cam.hnormalized() - x[i]).norm() < distance_min) continue;
+  for (const uint32_t i : ListRivals(found.cam_from_world, x, points, focal_px, options)) {
     other_x.push_back(x[i]);
     other_points.push_back(points[i]);
   }

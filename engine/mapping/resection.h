@@ -73,6 +73,12 @@ Resection JudgePose(const Rigid3& cam_from_world, std::span<const Eigen::Vector2
                     std::span<const Eigen::Vector3d> points, double focal_px,
                     const ResectionOptions& options);
 
+// The correspondences that may speak for quite another pose: those that lie farther than
+// rival_error_px_min from where this one puts them. Ascending indices. O(N).
+std::vector<uint32_t> ListRivals(const Rigid3& cam_from_world, std::span<const Eigen::Vector2d> x,
+                                 std::span<const Eigen::Vector3d> points, double focal_px,
+                                 const ResectionOptions& options);
+
 // How many of the correspondences that `found` does not explain the best pose by them alone does: a
 // facade that repeats gives a pose for each window. 0 where there is none by inlier_count_min.
 uint32_t CountRivalInliers(std::span<const Eigen::Vector2d> x,

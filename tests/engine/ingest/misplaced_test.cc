@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goal: an image on the wrong side of a seam is found, and nothing else is; where a merge is
 //   refused it loses its pose, gets the right one, and what belongs together is joined, at any
-//   number of threads.
+//   number of threads. Whom the other side would put at the wrong one of two twins is unsure.
 // Method: a synthetic scene in two reconstructions that see the same; one image of the second has a
-//   wrong pose that few of its points hold, as a repeated facade would give it.
+//   wrong pose that few of its points hold, as a repeated facade would give it. And one with two
+//   columns that are alike, and matches that take one for the other.
 #include "engine/ingest/misplaced.h"
 
 #include <gtest/gtest.h>
@@ -180,6 +181,72 @@ TEST_F(Misplaced, WhoIsHeldMoreStronglyAcrossIsFound) {
 TEST_F(Misplaced, WhereAllAreHeldMoreStronglyAcrossNobodyIs) {
   const std::vector<ImageId> first{ImageId(1), ImageId(2), ImageId(3)};
   EXPECT_TRUE(FindStronger(kFirst, kSecond, first).empty()) << "2 neighbours against 5, each";
+}
+
+// The first reconstruction has two columns that are alike. Images of the second are matched with it
+// as photos at a twin facade are: most matches name the points of one column where they see the
+// other one, and the pictures refute the place that follows.
+class Lured : public testing::Test {
+ protected:
+  static constexpr uint32_t kInColumn = 1000;
+
+  Lured() : scene_({.camera_count = 8, .point_count = 2 * kInColumn, .repeats = 2}) {
+    scene_.AddImages(0, 8);
+    scene_.AddReconstruction({0, 1, 2});
+    scene_.AddReconstruction({3, 4, 5, 6, 7}, AnotherFrame());
+  }
+
+  // So many matches, at most, name the points that the camera sees.
+  void Lure(uint32_t camera, size_t true_matches_max) {
+    const SyntheticScene& scene = scene_.scene();
+    const auto transaction = scene_.database()->BeginTransaction();
+    for (const uint32_t other : {0, 1, 2}) {
+      PairRecord pair = scene.Pair(other, camera);
+      std::erase_if(pair.matches, [&](FeatureMatch& match) {
+        const uint32_t point = scene.seen[other][match.a];
+        if (point < kInColumn) return true;
+        if (other == 2) return false;
+        match.b = static_cast<FeatureIndex>(scene.feature_of[camera][point - kInColumn]);
+        return scene.feature_of[camera][point - kInColumn] < 0;
+      });
+      if (other == 2) pair.matches.resize(std::min(pair.matches.size(), true_matches_max));
+      if (pair.matches.empty()) {
+        transaction->DeletePair(pair.a, pair.b);
+      } else {
+        transaction->PutPair(pair);
+      }
+    }
+    ASSERT_OK(transaction->Commit());
+  }
+  std::vector<ImageId> Unsure(const std::vector<ImageId>& asked) {
+    SceneWork work(&scene_);
+    const auto doubts = WeighSides(work.context, asked, kSecond, kFirst);
+    EXPECT_OK(doubts);
+    EXPECT_TRUE(doubts->misplaced.empty());
+    return doubts->unsure;
+  }
+
+  SceneDatabase scene_;
+};
+
+TEST_F(Lured, WhomMostMatchesPutAtTheTwinThereIsUnsure) {
+  Lure(3, 300);
+  EXPECT_EQ(std::ranges::count(Unsure({ImageId(4)}), ImageId(4)), 1);
+}
+
+TEST_F(Lured, WhomNothingPutsElsewhereThereIsSure) {
+  Lure(3, 0);
+  EXPECT_TRUE(Unsure({ImageId(4)}).empty());
+  Lure(3, 50);
+  EXPECT_TRUE(Unsure({ImageId(4)}).empty()) << "too few points";
+}
+
+TEST_F(Lured, ThoseWhoSeeTheSameAreAskedToo) {
+  Lure(3, 300);
+  Lure(4, 300);
+  Lure(5, 0);
+  EXPECT_EQ(Unsure({ImageId(4)}), (std::vector{ImageId(4), ImageId(5), ImageId(7), ImageId(8)}));
+  EXPECT_TRUE(Unsure({ImageId(6)}).empty()) << "it is not lured itself";
 }
 
 TEST_F(Misplaced, WhatLacksLittleStaysWhereItIs) {

@@ -53,6 +53,19 @@ TEST(Resection, AlongABaselineFewPointsAreEnough) {
             ResectionOutcome::kTooFewInliers);
 }
 
+TEST(Resection, WhatLiesFarFromWhereAPosePutsItIsARival) {
+  const SyntheticScene scene = MakeScene({});
+  std::vector<Eigen::Vector2d> x;
+  std::vector<Eigen::Vector3d> points;
+  for (const double off_px : {0.0, 14.0, 16.0, 0.0}) {
+    points.push_back(scene.points[x.size()]);
+    const Eigen::Vector3d seen = scene.poses[2] * points.back();
+    x.push_back(seen.hnormalized() + Eigen::Vector2d(0, off_px / 900));
+  }
+  points.back() = scene.poses[2].Center() * 2;  // behind the camera
+  EXPECT_EQ(ListRivals(scene.poses[2], x, points, 900, {}), (std::vector<uint32_t>{2, 3}));
+}
+
 TEST(Resection, RefusesUnrelatedPoints) {
   SeededRandom random(5);
   std::vector<Eigen::Vector2d> x;
