@@ -25,7 +25,7 @@ struct EngineOptions {
   uint64_t block_cache_bytes = 256ull << 20;      // >= 1; of the database's files
   uint64_t feature_cache_bytes = 768ull << 20;    // >= 1; of images' features
   uint64_t undistort_cache_bytes = 256ull << 20;  // >= 1; of cameras' lookup tables
-  // >= 3; of surfaces: a third for coarse parts of them, the rest for meshes in the dense pass.
+  // >= 3; of surfaces: a third for coarse parts of them, the rest for what the dense pass keeps.
   uint64_t surface_cache_bytes = 768ull << 20;
   // Memory for photos that are decoded and whose features are extracted at the same time, on
   // however many threads; a photo that needs more (about 40 bytes for each of its pixels up to 33

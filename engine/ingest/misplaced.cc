@@ -12,6 +12,11 @@
 namespace veduta {
 namespace {
 
+// Images beside those that twins have lured that are weighed with one side of a seam, so that a
+// street of twins is not walked to its end while photos wait. Chosen by hand, as many as are
+// compared at once (mixed_places.h).
+constexpr size_t kBesideLuredMax = 64;
+
 Result<std::vector<PairMatches>> StoredPairs(const MappingContext& context, ImageId image) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<PairNeighbor> neighbors,
                           context.loader->snapshot().ListNeighbors(image));
@@ -76,9 +81,7 @@ Result<Standing> StandBy(const MappingContext& context, ImageId image,
 }
 
 // How it would stand there by the points that this place does not explain: where the other side has
-// both of two twins, most of the points may lead to the wrong one. In seven orders of four streets
-// with twin facades (--seed 1003, 1010, 1015, 1016) four images that stood 23 m off would stand as
-// well there, and six others.
+// both of two twins, most of the points may lead to the wrong one.
 Result<Standing> StandElsewhere(const MappingContext& context, ImageId image,
                                 const StructureMatches& structure, const Standing& standing,
                                 ReconstructionId reconstruction) {
@@ -197,6 +200,7 @@ Result<SideDoubts> WeighSides(const MappingContext& context, std::span<const Ima
                               ReconstructionId own, ReconstructionId other) {
   SideDoubts doubts;
   std::vector<ImageId> asked(images.begin(), images.end());
+  const size_t asked_max = asked.size() + kBesideLuredMax;
   std::set<ImageId> met(images.begin(), images.end());
   for (size_t i = 0; i < asked.size(); ++i) {
     const ImageId image = asked[i];
@@ -207,7 +211,7 @@ Result<SideDoubts> WeighSides(const MappingContext& context, std::span<const Ima
     if (!is_lured) continue;
     for (const ImageId beside :
          CovisibleImages(*context.map, image, context.options.doubt.images_max)) {
-      if (met.insert(beside).second) asked.push_back(beside);
+      if (asked.size() < asked_max && met.insert(beside).second) asked.push_back(beside);
     }
   }
   return doubts;

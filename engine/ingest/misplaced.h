@@ -45,8 +45,8 @@ Status WeighSide(const MappingContext& context, ImageId image, std::span<const P
 
 // Weighs the two sides for those of `images` that lie in `own`, by their stored pairs, in the order
 // of `images`; then for those that share most points with one that is unsure because the other side
-// refutes the place to which most of its points lead: they may have come here by it, or it by them.
-// O(images * neighbourhood).
+// refutes the place to which most of its points lead: they may have come here by it, or it by them;
+// 64 of these at most. O((images + 64) * neighbourhood).
 Result<SideDoubts> WeighSides(const MappingContext& context, std::span<const ImageId> images,
                               ReconstructionId own, ReconstructionId other);
 

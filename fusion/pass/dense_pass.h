@@ -18,9 +18,9 @@ namespace veduta {
 // afterwards, and the next pass makes it anew. Only one pass may run on a database at a time.
 //
 // After a crash or a stop (kCancelled) the next call goes on, to the same bytes. Deterministic at
-// any number of threads. Memory: the sparse points, some 50 views, one tile with its surroundings,
-// the tiles that one tile is coloured among; for the area, some 100 bytes for each tile and 30 for
-// each block.
+// any number of threads. Memory: the sparse points, views or depth maps and meshes
+// (DensePassTools::cache_bytes), one tile with its surroundings, the tiles that one tile is coloured
+// among; for the area, some 100 bytes for each tile and 30 for each block.
 //
 // A reconstruction that is merged away while the pass runs is no error: the report says where it
 // went, and the next SweepMerged deletes what the pass had made. kNotFound, kInvalidArgument: as

@@ -15,9 +15,6 @@
 namespace veduta {
 namespace {
 
-// For features that are computed again: a table or two. Chosen by hand; not measured.
-constexpr uint64_t kTablesBytesMax = 64ull << 20;
-
 // What is filled in the photo has no depth.
 void ForgetFilled(const View& view, DepthPixels* pixels) {
   for (size_t i = 0; i < view.filled.size(); ++i) {
@@ -114,7 +111,7 @@ class DepthStage final {
   Result<std::vector<SensorView>> Rank(const SceneImage& image) {
     VEDUTA_ASSIGN_OR_RETURN(const Features features,
                             ReadOrDeriveFeatures(loader_.snapshot(), image.record, image.camera,
-                                                 &tables_, pass_.views().decoder));
+                                                 &loader_.tables(), pass_.views().decoder));
     KeyView key{
         image.record.width_px, image.record.height_px, image.cam_from_world.Center(), {}, {}};
     key.features.reserve(features.size());
@@ -252,7 +249,6 @@ class DepthStage final {
   DensePass& pass_;
   std::vector<PassedOver>* const without_depth_;
   ViewLoader loader_;
-  UndistortCache tables_{kTablesBytesMax};
   std::map<ImageId, Eigen::Vector3d> centers_;
   std::set<ImageId> damaged_;  // photos that cannot be read
   StageCount count_;

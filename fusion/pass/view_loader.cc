@@ -119,8 +119,7 @@ Result<View> ViewLoader::Make(const SceneImage& image) {
   // The photo, or another picture of its size, without lens and border and of the view's size.
   const auto as_view = [&](cv::Mat picture) -> Result<cv::Mat> {
     if (IsDistorted(image.camera)) {
-      UndistortCache& tables = tools_.tables != nullptr ? *tools_.tables : own_tables_;
-      VEDUTA_ASSIGN_OR_RETURN(picture, tables.Undistort(image.camera, picture));
+      VEDUTA_ASSIGN_OR_RETURN(picture, tables().Undistort(image.camera, picture));
     }
     picture = picture(
         cv::Rect(crop.left, crop.top, crop.right - crop.left + 1, crop.bottom - crop.top + 1));

@@ -49,6 +49,7 @@ class ViewLoader final {
   Result<std::shared_ptr<const View>> Load(const SceneImage& image);
 
   const Snapshot& snapshot() const { return *snapshot_; }
+  UndistortCache& tables() { return tools_.tables != nullptr ? *tools_.tables : own_tables_; }
 
  private:
   Result<View> Make(const SceneImage& image);
