@@ -19,8 +19,8 @@ namespace veduta {
 //
 // After a crash or a stop (kCancelled) the next call goes on, to the same bytes. Deterministic at
 // any number of threads. Memory: the sparse points, views or depth maps and meshes
-// (DensePassTools::cache_bytes), one tile with its surroundings, the tiles that one tile is coloured
-// among; for the area, some 100 bytes for each tile and 30 for each block.
+// (DensePassTools::cache_bytes), one tile with its surroundings, the tiles that one tile is
+// coloured among; for the area, some 100 bytes for each tile and 30 for each block.
 //
 // A reconstruction that is merged away while the pass runs is no error: the report says where it
 // went, and the next SweepMerged deletes what the pass had made. kNotFound, kInvalidArgument: as
