@@ -35,11 +35,14 @@ RankedMatches Rank(std::vector<DescriptorMatch> matches, const ImageFeatures& ph
   return ranked;
 }
 
-// candidate_from_photo by the photo's pose against the candidate's points. False when there are too
-// few of them.
-bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& photo,
-                           const MapImage& placed, const CityMap& map, uint64_t seed,
-                           const PairOptions& options, Rigid3* candidate_from_photo) {
+// What the candidate's points say of the pair.
+enum class StructureVote { kNone, kVerified, kRefuted };
+
+// candidate_from_photo by the photo's pose against the candidate's points. kNone when there are too
+// few of them, or too few agree; kRefuted when hardly any agree.
+StructureVote EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& photo,
+                                    const MapImage& placed, const CityMap& map, uint64_t seed,
+                                    const PairOptions& options, Rigid3* candidate_from_photo) {
   std::vector<Eigen::Vector2d> x;
   std::vector<Eigen::Vector3d> points;
   for (size_t i = 0; i < ranked.matches.size(); ++i) {
@@ -49,28 +52,35 @@ bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& pho
     x.push_back(ranked.x_photo[i]);
     points.push_back(point->position);
   }
-  if (x.size() < options.structure_count_min) return false;
+  if (x.size() < options.structure_count_min) return StructureVote::kNone;
   const Resection resection = Resect(x, points, photo.camera.focal_px(), seed, options.structure);
-  if (resection.outcome != ResectionOutcome::kPlaced) return false;
+  if (resection.inliers.size() < options.structure_inliers_min) return StructureVote::kRefuted;
+  if (resection.outcome != ResectionOutcome::kPlaced) return StructureVote::kNone;
   *candidate_from_photo = placed.cam_from_world * resection.cam_from_world.Inverse();
   const double baseline = candidate_from_photo->translation.norm();
-  if (!(baseline > 0)) return false;
+  if (!(baseline > 0)) return StructureVote::kNone;
   candidate_from_photo->translation /= baseline;
-  return true;
+  return StructureVote::kVerified;
 }
 
-// The geometry of the pair: by the candidate's points where there are enough of them, otherwise by
-// the five-point algorithm.
+// The geometry of the pair: by the candidate's points where there are enough of them, otherwise, and
+// where these leave it open, by the five-point algorithm.
 TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo,
                          const ImageFeatures& candidate, const CityMap& map, uint64_t seed,
                          const PairOptions& options) {
   const double focal_px = std::min(photo.camera.focal_px(), candidate.camera.focal_px());
   const double distance_max = options.two_view.error_px_max / focal_px;
   Rigid3 candidate_from_photo;
-  if (map.HasImage(candidate.id) &&
-      EstimateFromStructure(ranked, photo, map.image(candidate.id), map, seed, options,
-                            &candidate_from_photo)) {
-    TwoViewGeometry geometry;
+  const StructureVote vote = map.HasImage(candidate.id)
+                                 ? EstimateFromStructure(ranked, photo, map.image(candidate.id),
+                                                         map, seed, options, &candidate_from_photo)
+                                 : StructureVote::kNone;
+  TwoViewGeometry geometry;
+  if (vote == StructureVote::kRefuted) {
+    geometry.outcome = TwoViewOutcome::kTooFewInliers;
+    return geometry;
+  }
+  if (vote == StructureVote::kVerified) {
     geometry.b_from_a =
         RefineTwoView(candidate_from_photo, ranked.x_photo, ranked.x_candidate, 0.5 * distance_max);
     geometry.inliers =
@@ -119,6 +129,7 @@ Status PairOptions::Check() const {
       .AboveUpTo("ratio_max", ratio_max, 0, 1)
       .AtLeast("distinct_count_min", distinct_count_min, 1)
       .AtLeast("structure_count_min", structure_count_min, 4)
+      .Between("structure_inliers_min", structure_inliers_min, 0, structure_count_min)
       .status();
 }
 

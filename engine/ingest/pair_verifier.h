@@ -25,6 +25,9 @@ struct PairOptions {
   // >= 4. From so many matches with points on, P3P takes the place of the five-point algorithm.
   // Chosen by hand; not measured.
   uint32_t structure_count_min = 40;
+  // [0, structure_count_min]. Where fewer of these agree with the best pose, the pair is given up
+  // and the five-point algorithm not tried.
+  uint32_t structure_inliers_min = 10;
 
   Status Check() const;
 };

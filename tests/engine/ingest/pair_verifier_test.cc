@@ -43,6 +43,26 @@ TEST(PairVerifier, UsesTheCandidatesPoints) {
   EXPECT_GT(verified.pair.b_from_a.translation.dot(truth.translation.normalized()), 0.99);
 }
 
+TEST(PairVerifier, GivesUpWhereTheCandidatesPointsRefute) {
+  const SceneDatabase scene;
+  CityMap map = scene.MapOf({0, 1, 2}, ReconstructionId(1));
+  // Each point goes where another one was, which no pose explains. The matches are still true.
+  std::vector<PointId> ids;
+  for (const PointId id : map.image(ImageId(2)).points) {
+    if (id.valid()) ids.push_back(id);
+  }
+  ASSERT_GE(ids.size(), PairOptions().structure_count_min);
+  std::vector<Eigen::Vector3d> positions;
+  for (const PointId id : ids) positions.push_back(map.FindPoint(id)->position);
+  for (size_t i = 0; i < ids.size(); ++i)
+    map.SetPosition(ids[i], positions[(i + ids.size() / 2) % ids.size()]);
+  EXPECT_EQ(VerifyPair(*scene.Photo(3), *scene.Photo(1), map, 1, {}).outcome,
+            TwoViewOutcome::kTooFewInliers);
+  PairOptions asking_all;
+  asking_all.structure_inliers_min = 0;
+  ExpectTruePair(scene.scene(), VerifyPair(*scene.Photo(3), *scene.Photo(1), map, 1, asking_all));
+}
+
 TEST(PairVerifier, RefusesTwoScenes) {
   const SceneDatabase scene, other({.seed = 2});
   EXPECT_NE(VerifyPair(*scene.Photo(0), *other.Photo(1), {}, 1, {}).outcome,
