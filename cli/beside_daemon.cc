@@ -56,7 +56,7 @@ class Adding final {
       if (!has_no_room) return Fails(photo.photo.name, DetailOf(answer));
       if (stop.stop_requested()) return Status::Cancelled("stopped before all photos were sent");
       if (!sent_.empty()) {
-        VEDUTA_RETURN_IF_ERROR(TellFirst());
+        VEDUTA_RETURN_IF_ERROR(TellFirst(stop));
       } else {
         std::this_thread::sleep_for(std::chrono::seconds(1));
       }
@@ -65,8 +65,9 @@ class Adding final {
 
   size_t waiting() const { return sent_.size(); }
 
-  // Waits for the first that was sent, and says what has become of it.
-  Status TellFirst() {
+  // Waits for the first that was sent, and says what has become of it. kCancelled where a stop is
+  // requested meanwhile.
+  Status TellFirst(const std::stop_token& stop) {
     const std::string name = sent_.front().name, path = sent_.front().path;
     sent_.pop_front();
     for (;;) {
@@ -80,6 +81,8 @@ class Adding final {
       const Json outcome = json.value("outcome", Json());
       if (json.value("state", "") == "failed") return Fails(name, json.value("why_not", ""));
       if (outcome.is_object()) return Tell(name, outcome);
+      if (stop.stop_requested())
+        return Status::Cancelled("stopped: the daemon places those that were sent");
       std::this_thread::sleep_for(kLook);
     }
   }
@@ -94,7 +97,7 @@ class Adding final {
       }));
       const auto before = static_cast<double>(put_off_.size());
       for (Sent& photo : std::exchange(put_off_, {})) sent_.push_back(std::move(photo));
-      while (!sent_.empty()) VEDUTA_RETURN_IF_ERROR(TellFirst());
+      while (!sent_.empty()) VEDUTA_RETURN_IF_ERROR(TellFirst(stop));
       if (before - static_cast<double>(put_off_.size()) <= share * before) break;
     }
     for (const Sent& photo : std::exchange(put_off_, {}))
@@ -179,14 +182,10 @@ int AddBeside(DaemonClient* daemon, std::span<const PhotoSubmission> photos, boo
     const auto add_all = [&]() -> Status {
       for (const PhotoSubmission& photo : photos) {
         if (stop.stop_requested()) return Status::Cancelled("stopped before all photos were sent");
-        if (adding.waiting() >= kAheadMax) VEDUTA_RETURN_IF_ERROR(adding.TellFirst());
+        if (adding.waiting() >= kAheadMax) VEDUTA_RETURN_IF_ERROR(adding.TellFirst(stop));
         VEDUTA_RETURN_IF_ERROR(adding.Send(photo, stop));
       }
-      while (adding.waiting() > 0) {
-        if (stop.stop_requested())
-          return Status::Cancelled("stopped: the daemon places those that were sent");
-        VEDUTA_RETURN_IF_ERROR(adding.TellFirst());
-      }
+      while (adding.waiting() > 0) VEDUTA_RETURN_IF_ERROR(adding.TellFirst(stop));
       return adding.TryPutOff(stop);
     };
     added = add_all();

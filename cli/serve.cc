@@ -4,6 +4,7 @@
 // [--device D] [--decoders sandboxed|in-process] [--doubles keep|refuse|better] [--blur PROGRAM]
 // [--memory BYTES] [--log none|text|json] [--json]
 
+#include <chrono>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -99,6 +100,10 @@ class PhotoTeller final {
 // cores the slowest hundredth of answers beside ingest takes 7 ms with it, 9 to 12 without.
 constexpr int kEngineNiceness = 10;
 
+// From the first signal on; a follow-up of a large city may take longer. Requests at work have five
+// seconds of it.
+constexpr std::chrono::seconds kClosingTime(9);
+
 Result<std::unique_ptr<Engine>> OpenNicely(const std::string& db, const EngineOptions& options) {
   Result<std::unique_ptr<Engine>> engine = Status::Cancelled("not opened");
   std::thread([&] {
@@ -172,7 +177,7 @@ int ServeBoth(CityService* service, const HttpDoorOptions& http, const ServeArgu
 }
 
 int Serve(const ServeArguments& arguments) {
-  const StopOnSignal stop;
+  const StopOnSignal stop(kClosingTime);
   HttpDoorOptions door = arguments.door;
   door.database = arguments.db;
   EngineOptions options = arguments.engine;

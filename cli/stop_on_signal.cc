@@ -16,18 +16,29 @@ constexpr int kInterrupted = 130;
 
 }  // namespace
 
-StopOnSignal::StopOnSignal() {
+StopOnSignal::StopOnSignal(std::chrono::milliseconds patience) {
   sigemptyset(&signals_);
   sigaddset(&signals_, SIGINT);
   sigaddset(&signals_, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
-  waiter_ = std::jthread([this](std::stop_token done) {
+  waiter_ = std::jthread([this, patience](std::stop_token done) {
+    using Clock = std::chrono::steady_clock;
+    auto end = Clock::time_point::max();
     while (!done.stop_requested()) {
-      if (sigtimedwait(&signals_, nullptr, &kPause) < 0) continue;
-      if (source_.stop_requested()) _exit(kInterrupted);
-      std::fprintf(stderr,
-                   "\nveduta: finishing the photo at hand; press Ctrl-C again to stop at once\n");
-      source_.request_stop();
+      const bool has_come = sigtimedwait(&signals_, nullptr, &kPause) >= 0;
+      if (has_come && source_.stop_requested()) _exit(kInterrupted);
+      if (has_come) {
+        std::fprintf(stderr,
+                     "\nveduta: finishing the photo at hand; press Ctrl-C again to stop at once\n");
+        if (patience.count() >= 0) end = Clock::now() + patience;
+        source_.request_stop();
+      }
+      if (Clock::now() >= end) {
+        std::fprintf(stderr,
+                     "veduta: what is at work would take long: it is given up, and done at the "
+                     "next start\n");
+        _exit(0);
+      }
     }
   });
 }

@@ -3,6 +3,7 @@
 // Ctrl-C as a request: the first one lets the photo at hand finish, the second one ends the
 // process, which loses nothing that was acknowledged.
 
+#include <chrono>
 #include <csignal>
 #include <stop_token>
 #include <thread>
@@ -13,7 +14,9 @@ namespace veduta {
 // other thread, so that all of them inherit the blocked signals.
 class StopOnSignal final {
  public:
-  StopOnSignal();
+  // `patience`: where it still lives so long after the first signal, the process ends with exit
+  // code 0 as by a kill, which loses nothing either. Negative: it waits for ever.
+  explicit StopOnSignal(std::chrono::milliseconds patience = std::chrono::milliseconds(-1));
   ~StopOnSignal();
   StopOnSignal(const StopOnSignal&) = delete;
   StopOnSignal& operator=(const StopOnSignal&) = delete;

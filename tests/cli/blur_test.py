@@ -12,9 +12,12 @@ import hashlib
 import json
 import os
 import shutil
+import signal
+import subprocess
 import time
 
-from city import Case, add, ask, at, main, must, new_database, photo, read, render, SIZE, write
+from city import (Case, PHOTOS, SIZE, VEDUTA, add, ask, at, main, must, new_database, photo, read,
+                  render, write)
 from daemon import Daemon
 
 WIDTH, HEIGHT = map(int, SIZE.split('x'))
@@ -204,6 +207,19 @@ class Blur(Case):
     def why_not(daemon):
         uploads = [daemon.get(f'/v1/uploads/{u["upload"]}') for u in daemon.get('/v1/uploads')]
         return [u['why_not'] for u in uploads if u.get('why_not')]
+
+    def test_who_adds_need_not_wait_for_a_program_that_hangs(self):
+        db = new_database('waiting')
+        command = program('waiting.sh', f'echo $$ > {at("waiting.pid")}\nexec sleep 1000\n')
+        with Daemon(db, '--blur', command):
+            adding = subprocess.Popen([VEDUTA, 'add', db, '--camera', 'c',
+                                       os.path.join(PHOTOS, 'photo0001.jpg')],
+                                      stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            wait_for(lambda: os.path.exists(at('waiting.pid')))
+            adding.send_signal(signal.SIGINT)
+            _, err = adding.communicate(timeout=60)
+            self.assertEqual(adding.returncode, 1, err)
+            self.assertIn(b'the daemon places those that were sent', err)
 
     def test_a_program_that_hangs_does_not_hold_up_the_end(self):
         db = new_database('hanging')

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: the first signal requests a stop and the second one ends the process; without a
-//   StopOnSignal signals do what they always do.
+// Goal: the first signal requests a stop; the second one, or a patience that is over, ends the
+//   process; without a StopOnSignal signals do what they always do.
 // Method: child processes that send signals to themselves.
 #include "cli/stop_on_signal.h"
 
@@ -55,6 +55,32 @@ TEST(StopOnSignal, TheSecondSignalEndsTheProcess) {
   });
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 130);
+}
+
+TEST(StopOnSignal, WhereTheEndTakesLongTheProcessEndsAllTheSame) {
+  const int status = StatusOf([] {
+    const StopOnSignal stop(std::chrono::milliseconds(20));
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // no signal, no end
+    kill(getpid(), SIGTERM);
+    WaitForStop(stop);
+    while (true) pause();
+    return 1;
+  });
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST(StopOnSignal, WhoEndsInTimeIsLeftAlone) {
+  const int status = StatusOf([] {
+    {
+      const StopOnSignal stop(std::chrono::seconds(30));
+      kill(getpid(), SIGTERM);
+      WaitForStop(stop);
+    }
+    return 7;
+  });
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 7);
 }
 
 TEST(StopOnSignal, WithoutASignalNothingStops) {
