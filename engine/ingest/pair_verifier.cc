@@ -75,12 +75,8 @@ TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo
                                  ? EstimateFromStructure(ranked, photo, map.image(candidate.id),
                                                          map, seed, options, &candidate_from_photo)
                                  : StructureVote::kNone;
-  TwoViewGeometry geometry;
-  if (vote == StructureVote::kRefuted) {
-    geometry.outcome = TwoViewOutcome::kTooFewInliers;
-    return geometry;
-  }
   if (vote == StructureVote::kVerified) {
+    TwoViewGeometry geometry;
     geometry.b_from_a =
         RefineTwoView(candidate_from_photo, ranked.x_photo, ranked.x_candidate, 0.5 * distance_max);
     geometry.inliers =
@@ -94,7 +90,10 @@ TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo
       return geometry;
     }
   }
-  return EstimateTwoView(ranked.x_photo, ranked.x_candidate, focal_px, seed, options.two_view);
+  TwoViewOptions two_view = options.two_view;
+  if (vote == StructureVote::kRefuted)
+    two_view.samples_hopeless = std::min(two_view.samples_hopeless, options.samples_refuted);
+  return EstimateTwoView(ranked.x_photo, ranked.x_candidate, focal_px, seed, two_view);
 }
 
 // The record of a verified pair, with a < b and matches ascending in a.
