@@ -11,6 +11,7 @@
 #include <exiv2/exiv2.hpp>
 #include <mutex>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "engine/camera/sensor_sizes.h"
@@ -37,12 +38,20 @@ std::string TextOf(const Exiv2::ExifData& data, const char* key) {
   return is_name ? std::string(text) : std::string();
 }
 
+// The n-th of its rationals, above and below. Of unsigned ones exiv2's own conversion loses those
+// of 2^31 and more.
+std::pair<int64_t, int64_t> RationalAt(const Exiv2::Exifdatum& datum, long n) {
+  const auto* const whole = dynamic_cast<const Exiv2::ValueType<Exiv2::URational>*>(&datum.value());
+  if (whole != nullptr) return whole->value_.at(static_cast<size_t>(n));
+  return datum.toRational(n);
+}
+
 double NumberOf(const Exiv2::ExifData& data, const char* key, double number_max = kNumberMax) {
   const auto found = data.findKey(Exiv2::ExifKey(key));
   if (found == data.end() || found->count() == 0) return 0;
-  const auto [above, below] = found->toRational(0);
+  const auto [above, below] = RationalAt(*found, 0);
   if (above <= 0 || below <= 0) return 0;
-  const double number = static_cast<double>(above) / below;
+  const double number = static_cast<double>(above) / static_cast<double>(below);
   return number <= number_max ? number : 0;
 }
 
@@ -98,11 +107,11 @@ std::optional<double> DegreesOf(const Exiv2::ExifData& data, const char* key) {
   if (found == data.end() || found->count() < 1 || found->count() > 3) return std::nullopt;
   double degrees = 0, unit = 1;
   for (long i = 0; i < found->count(); ++i, unit /= 60) {
-    const auto [above, below] = found->toRational(i);
+    const auto [above, below] = RationalAt(*found, i);
     // Some leave minutes or seconds out as 0/0.
     if (i > 0 && above == 0 && below == 0) continue;
     if (above < 0 || below <= 0) return std::nullopt;
-    degrees += unit * above / below;
+    degrees += unit * static_cast<double>(above) / static_cast<double>(below);
   }
   return degrees;
 }
@@ -184,12 +193,12 @@ std::optional<GpsFix> PositionOf(const Exiv2::ExifData& data) {
   fix.accuracy_m = NumberOf(data, "Exif.GPSInfo.GPSHPositioningError");
   const auto height = data.findKey(Exiv2::ExifKey("Exif.GPSInfo.GPSAltitude"));
   if (height == data.end() || height->count() != 1) return fix;
-  const auto [above, below] = height->toRational(0);
+  const auto [above, below] = RationalAt(*height, 0);
   if (above < 0 || below <= 0) return fix;
   const auto side = data.findKey(Exiv2::ExifKey("Exif.GPSInfo.GPSAltitudeRef"));
   // 1 and 3 are below the sea and the ellipsoid.
   const bool is_below = side != data.end() && side->count() == 1 && side->toLong(0) % 2 == 1;
-  const double height_m = static_cast<double>(above) / below;
+  const double height_m = static_cast<double>(above) / static_cast<double>(below);
   if (height_m <= kNumberMax) fix.height_m = is_below ? -height_m : height_m;
   return fix;
 }

@@ -133,6 +133,11 @@ TEST(Exif, TellsWhereAPhotoWasTaken) {
   const auto minutes = ReadExifGps(GpsBlock({{"GPSLatitude", "47/1 42/10 0/0"}}));
   ASSERT_TRUE(minutes);
   EXPECT_NEAR(minutes->latitude_deg, 47.07, 1e-12);
+  const auto large = ReadExifGps(GpsBlock(
+      {{"GPSLatitude", "47/1 4/1 3000000000/100000000"}, {"GPSAltitude", "4000000000/10000000"}}));
+  ASSERT_TRUE(large);
+  EXPECT_NEAR(large->latitude_deg, 47 + 4 / 60.0 + 30 / 3600.0, 1e-12);
+  EXPECT_EQ(large->height_m, 400);
   const auto degrees = ReadExifGps(GpsBlock({{"GPSLatitude", "4707/100"}, {"GPSAltitude", ""}}));
   ASSERT_TRUE(degrees);
   EXPECT_NEAR(degrees->latitude_deg, 47.07, 1e-12);
