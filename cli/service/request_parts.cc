@@ -22,8 +22,7 @@ std::optional<HttpAnswer> RefuseLargeJson(const HttpRequest& request, size_t byt
   return Problem(413, TooLarge(bytes_max));
 }
 
-Result<Json> JsonObjectOf(const HttpRequest& request, size_t bytes_max) {
-  if (request.body.size() > bytes_max) return Status::InvalidArgument(TooLarge(bytes_max));
+Result<Json> ShallowJson(std::string_view text, const std::string& what) {
   bool is_deep = false;
   // What is deeper is read and not kept.
   const auto is_kept = [&is_deep](int depth, Json::parse_event_t event, Json&) {
@@ -31,10 +30,18 @@ Result<Json> JsonObjectOf(const HttpRequest& request, size_t bytes_max) {
     if (event == Event::object_start || event == Event::array_start) is_deep |= depth >= kDepthMax;
     return !is_deep;
   };
-  Json json = Json::parse(request.body, is_kept, /*allow_exceptions=*/false);
+  Json json = Json::parse(text, is_kept, /*allow_exceptions=*/false);
   if (is_deep)
-    return Status::InvalidArgument("the body has more than " + std::to_string(kDepthMax) +
+    return Status::InvalidArgument(what + " has more than " + std::to_string(kDepthMax) +
                                    " arrays and objects in each other");
+  return json;
+}
+
+Result<Json> JsonObjectOf(const HttpRequest& request, size_t bytes_max) {
+  if (request.body.size() > bytes_max) return Status::InvalidArgument(TooLarge(bytes_max));
+  const std::string_view text(reinterpret_cast<const char*>(request.body.data()),
+                              request.body.size());
+  VEDUTA_ASSIGN_OR_RETURN(Json json, ShallowJson(text, "the body"));
   if (!json.is_object()) return Status::InvalidArgument("the body is no JSON object");
   return json;
 }

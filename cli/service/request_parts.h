@@ -25,8 +25,10 @@ inline constexpr size_t kJsonBytesMax = 256 << 10;
 // The answer to a body of more bytes, 413.
 std::optional<HttpAnswer> RefuseLargeJson(const HttpRequest& request,
                                           size_t bytes_max = kJsonBytesMax);
-// The body, which must be a JSON object of at most so many bytes, with arrays and objects in each
-// other up to a fixed depth.
+// A text of JSON with arrays and objects in each other up to a fixed depth; `what` names it where
+// it is deeper. Discarded (Json::is_discarded) where it is no JSON.
+Result<Json> ShallowJson(std::string_view text, const std::string& what);
+// The body, which must be a JSON object of at most so many bytes, no deeper than that.
 Result<Json> JsonObjectOf(const HttpRequest& request, size_t bytes_max = kJsonBytesMax);
 
 // Refuses an object with a member that nobody reads.

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "cli/service/path_numbers.h"
+#include "cli/service/request_parts.h"
 #include "cli/service/stac_geometry.h"
 #include "cli/wire/iso_time.h"
 #include "cli/wire/stac_json.h"
@@ -37,7 +38,7 @@ Result<Json> MemberOf(const std::string& name, const std::string& text) {
   // Numbers and an object are written in an address as JSON has them.
   const std::string json = name == "bbox" ? "[" + text + "]" : text;
   if (json.size() > kBodyBytesMax) return Wrong("'" + name + "' is too long");
-  Json value = Json::parse(json, nullptr, /*allow_exceptions=*/false);
+  VEDUTA_ASSIGN_OR_RETURN(Json value, ShallowJson(json, "'" + name + "'"));
   if (value.is_discarded()) return Wrong("'" + name + "' cannot be read");
   return value;
 }
@@ -124,13 +125,7 @@ std::string Escaped(const std::string& text) {
 }  // namespace
 
 Result<Json> StacMembers(const HttpRequest& request) {
-  if (request.method == "POST") {
-    if (request.body.size() > kBodyBytesMax)
-      return Wrong("a search has at most " + std::to_string(kBodyBytesMax) + " bytes");
-    Json members = Json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-    if (!members.is_object()) return Wrong("the body is no JSON object");
-    return members;
-  }
+  if (request.method == "POST") return JsonObjectOf(request, kBodyBytesMax);
   Json members = Json::object();
   for (const auto& [name, text] : request.query) {
     VEDUTA_ASSIGN_OR_RETURN(members[name], MemberOf(name, text));

@@ -211,7 +211,9 @@ class Stac(Case):
                 self.assertEqual(daemon.ask('GET', f'{STAC}/search?{wrong}')[0], 400, wrong)
             for body, kind, wanted in (('[]', 'application/json', 400),
                                        ('{"limit":1}', 'text/plain', 415),
-                                       ('{"x":1}', 'application/json', 400)):
+                                       ('{"x":1}', 'application/json', 400),
+                                       ('{"ids":' + 16 * '[' + 16 * ']' + '}', 'application/json',
+                                        400)):
                 self.assertEqual(daemon.ask('POST', STAC + '/search', body,
                                             {'Content-Type': kind})[0], wanted)
 

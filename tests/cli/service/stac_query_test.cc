@@ -102,6 +102,23 @@ TEST(StacQuery, WrongMembersAreNamed) {
   refused(Post(R"({"limit":1,"ids":[")" + std::string(70'000, '1') + R"("]})"), "bytes");
 }
 
+TEST(StacQuery, NestsNoDeeperThanOtherBodies) {
+  const auto nested = [](size_t depth) {
+    return std::string(depth, '[') + "0" + std::string(depth, ']');
+  };
+  // The body itself is one of the objects.
+  EXPECT_OK(StacMembers(Post(R"({"ids":)" + nested(15) + "}")));
+  EXPECT_OK(StacMembers(Get({{"intersects", nested(16)}})));
+  for (const size_t depth : {17u, 1'000u, 30'000u}) {
+    for (const auto& request :
+         {Post(R"({"ids":)" + nested(depth) + "}"), Get({{"intersects", nested(depth)}})}) {
+      const Status deep = StacMembers(request).status();
+      EXPECT_EQ(deep.code(), StatusCode::kInvalidArgument) << request.method << depth;
+      EXPECT_NE(deep.message().find("in each other"), std::string::npos) << deep.message();
+    }
+  }
+}
+
 TEST(StacQuery, TheNextPageAsksForTheSame) {
   HttpRequest get = Get({{"bbox", "1,2,3,4"}, {"datetime", "../1970-01-01T00:00:00+01:00"}});
   Json link = NextStacLink(get, *StacMembers(get), "http://h/s", ImageId(9));
