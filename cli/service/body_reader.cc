@@ -27,6 +27,9 @@ kj::Promise<void> BodyReader::ReadAll(kj::AsyncInputStream& body,
     if (*length == 0 || !Fits(*length, arriving.get())) return kj::READY_NOW;
     // Memory is taken when it is filled.
     arriving->request.body.reserve(*length + kPieceBytes);
+  } else if (bytes_max_ == 0) {
+    Fits(1, arriving.get());
+    return kj::READY_NOW;
   }
   return ReadPieces(body, std::move(arriving), SIZE_MAX);
 }

@@ -47,6 +47,7 @@ class DividedBudget final {
     const std::lock_guard lock(mutex_);
     return used_;
   }
+  bool is_full() const { return used() >= max_; }
 
  private:
   const uint64_t max_;

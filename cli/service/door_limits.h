@@ -23,9 +23,10 @@ struct DoorLimits {
       : bodies(std::make_shared<DividedBudget>(bodies_bytes_max)),
         answers(std::make_shared<DividedBudget>(answers_bytes_max)),
         by_address(std::make_shared<DividedBudget>(connections_max)),
+        held(std::make_shared<DividedBudget>(connections_max)),
+        followers(std::make_shared<DividedBudget>(std::max(1u, connections_max / 2))),
         connections(connections_max),
-        connections_of_owner(connections_max),
-        followers(std::max(1u, connections_max / 2)) {
+        connections_of_owner(connections_max) {
     for (const std::string& proxy : proxy_addresses) {
       if (const auto plain = PlainAddress(proxy)) proxies.insert(*plain);
     }
@@ -33,9 +34,11 @@ struct DoorLimits {
   // Shared with requests and connections that outlive the door.
   const std::shared_ptr<DividedBudget> bodies, answers;
   const std::shared_ptr<DividedBudget> by_address;  // connections of strangers
+  // Of them, by HolderOf: those of requests that may last, which are all but questions, and event
+  // streams; and event streams alone, which leave room for others.
+  const std::shared_ptr<DividedBudget> held, followers;
   Budget connections;
   Budget connections_of_owner;    // whom no stranger keeps out
-  Budget followers;               // of them: those who follow events, who leave room for others
   std::set<std::string> proxies;  // that are believed
 };
 

@@ -4,9 +4,9 @@
 #include <kj/async-io.h>
 #include <kj/compat/http.h>
 #include <kj/compat/url.h>
+#include <kj/debug.h>
 
 #include <algorithm>
-#include <charconv>
 #include <memory>
 #include <optional>
 #include <set>
@@ -15,14 +15,18 @@
 #include <vector>
 
 #include "cli/service/asked_work.h"
+#include "cli/service/body_length.h"
 #include "cli/service/body_reader.h"
+#include "cli/service/connection_closer.h"
 #include "cli/service/door_limits.h"
 #include "cli/service/event_loop.h"
+#include "cli/service/event_teller.h"
 #include "cli/service/http_settings.h"
 #include "cli/service/known_headers.h"
 #include "cli/service/logged_response.h"
 #include "cli/service/loopback.h"
 #include "cli/service/own_socket.h"
+#include "cli/service/piece_writer.h"
 #include "cli/service/remote_address.h"
 #include "cli/service/sender.h"
 #include "cli/service/tus_message.h"
@@ -34,14 +38,10 @@ namespace {
 // How long a client may take for all of a body. Chosen by hand: a photo of 10 MB comes over 150
 // kbit/s.
 constexpr kj::Duration kBodyTime = 10 * kj::MINUTES;
-// How long a client may take to receive an answer, or some events. Chosen by hand.
-constexpr kj::Duration kSendTime = 60 * kj::SECONDS;
 // Answers that are no larger do not count among those that are being sent. Chosen by hand.
 constexpr uint64_t kSmallAnswerBytes = 64 << 10;
 // How long the requests at work have when the daemon stops.
 constexpr kj::Duration kDrainTime = 5 * kj::SECONDS;
-// How often one who follows the city is told of news, and hears that the line is alive.
-constexpr kj::Duration kNewsTime = 300 * kj::MILLISECONDS, kAliveTime = 15 * kj::SECONDS;
 // Before the next connection is taken where there are too many, or taking one failed.
 constexpr kj::Duration kPauseTime = 20 * kj::MILLISECONDS;
 
@@ -67,6 +67,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
         timer_(*timer),
         reader_(timer, limits->options.body_bytes_max),
         reader_of_none_(timer, 0),
+        teller_(service, timer, &is_stopping_),
         taken_(is_of_owner ? &limits->connections_of_owner : &limits->connections),
         table_(table),
         known_(known),
@@ -76,7 +77,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
             [this](kj::AsyncIoStream& connection) -> kj::Own<kj::HttpService> {
               return kj::heap<Client>(this, connection);
             },
-            HttpSettings(limits->options.body_bytes_max)),
+            HttpSettings(limits->options.body_bytes_max, &closer_)),
         connections_(*this) {}
 
   // Takes connections for ever.
@@ -113,6 +114,8 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     kj::Promise<void> request(kj::HttpMethod method, kj::StringPtr url,
                               const kj::HttpHeaders& headers, kj::AsyncInputStream& body,
                               Response& response) override {
+      if (is_over_) return KJ_EXCEPTION(DISCONNECTED, "a request after the last one");
+      is_over_ = ComesInChunks(headers);
       return door_.Take(peer_, socket_, method, url, headers, body, response);
     }
 
@@ -120,6 +123,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     HttpDoor& door_;
     const std::string peer_;
     const int socket_;
+    bool is_over_ = false;  // no further request is taken
   };
 
   kj::Promise<void> Take(const std::string& peer, int socket, kj::HttpMethod method,
@@ -127,7 +131,7 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
                          kj::AsyncInputStream& body, Response& response) {
     auto logged =
         kj::heap<LoggedResponse>(&response, socket, RequestId(Header(headers, known_.request_id)),
-                                 service_->told_of_requests());
+                                 service_->told_of_requests(), &closer_);
     if (logged->is_told()) logged->entry().method = kj::str(method).cStr();
     if (is_of_owner_) logged->entry().who = "owner";
     auto served = Serve(peer, method, url, headers, body, *logged);
@@ -137,6 +141,8 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
   kj::Promise<void> Serve(const std::string& peer, kj::HttpMethod method, kj::StringPtr url,
                           const kj::HttpHeaders& headers, kj::AsyncInputStream& body,
                           LoggedResponse& response) {
+    if (ComesInChunks(headers)) response.CloseAfter();
+    if (auto refusal = RefuseLength(headers)) return SendLast(*std::move(refusal), response);
     auto arriving = std::make_shared<Arriving>(limits_.bodies);
     arriving->request.client = response.client();
     arriving->request.address =
@@ -146,13 +152,31 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     HttpRequest& asked = arriving->request;
     if (response.is_told()) response.entry().route = RouteOf(asked);
     const bool is_events = asked.path == std::vector<std::string>{"v1", "events"};
+    auto place = kj::heap<DividedShare>(limits_.held);
     // Before the body of a stranger is read.
     if (is_events || asked.method != "GET") {
       if (auto refusal = service_->Refuse(&asked)) return Send(*std::move(refusal), response);
       if (!asked.who.empty()) response.entry().who = asked.who;
       arriving->share->Name(HolderOf(asked));
+      place->Name(HolderOf(asked));
+      if (!is_of_owner_ && !place->Grow(1)) return SendLast(RefuseHolder(), response);
     }
-    if (is_events) return Follow(asked, method == kj::HttpMethod::GET, headers, response);
+    auto served = is_events ? Follow(asked, method == kj::HttpMethod::GET, headers, response)
+                            : Receive(body, arriving, response);
+    return served.attach(kj::mv(place));
+  }
+
+  static HttpAnswer RefuseHolder() {
+    return ComeAgain(
+        429,
+        "your event streams and requests that are no questions hold half of the connections: "
+        "send this one again when some of them have ended",
+        5);
+  }
+
+  kj::Promise<void> Receive(kj::AsyncInputStream& body, std::shared_ptr<Arriving> arriving,
+                            LoggedResponse& response) {
+    const HttpRequest& asked = arriving->request;
     if (ComesInParts(asked))
       return TakeParts(body, arriving, timer_.now() + kBodyTime, std::nullopt, response);
     const bool is_question = asked.method == "GET" || asked.method == "OPTIONS";  // of anybody
@@ -292,6 +316,14 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
     return kj::mv(paf.promise);
   }
 
+  // Closes the connection as soon as the answer is sent: nothing more of the body is read.
+  kj::Promise<void> SendLast(HttpAnswer answer, LoggedResponse& response) {
+    response.CloseAfter();
+    return Send(std::move(answer), response).then([]() -> kj::Promise<void> {
+      return KJ_EXCEPTION(DISCONNECTED, "the last answer was sent");
+    });
+  }
+
   kj::Promise<void> Send(HttpAnswer answer, LoggedResponse& response) {
     if (!answer.who.empty()) response.entry().who = answer.who;
     response.entry().upload = answer.upload;
@@ -315,69 +347,32 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
       headers.add(kj::StringPtr(name.c_str()), kj::StringPtr(value.c_str()));
     auto stream =
         response.send(shared->code, HttpPhrase(shared->code), headers, shared->body.size());
-    kj::Promise<void> sent = kj::READY_NOW;
-    if (!shared->body.empty())
-      sent =
-          timer_.timeoutAfter(kSendTime, stream->write(shared->body.data(), shared->body.size()));
+    auto sent = WriteInPieces(&timer_, stream.get(), shared->body);
     return sent.attach(kj::mv(stream), kj::mv(shared), kj::mv(share));
   }
 
   // Server-sent events, from the entry after the last one that the client has.
   kj::Promise<void> Follow(const HttpRequest& request, bool wants_body,
                            const kj::HttpHeaders& headers, LoggedResponse& response) {
-    uint64_t first = 0;
-    const std::string last = Header(headers, known_.last_event);
-    const std::string text = !last.empty() ? last : Parameter(request, "from", "1");
-    const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), first);
-    if (error != std::errc() || rest != text.data() + text.size()) {
-      return Send(Problem(400, "events are asked for as /v1/events?from=NUMBER"), response);
-    }
-    if (!last.empty() && first != UINT64_MAX) ++first;
-    if (!limits_.followers.Take(1)) {
-      return Send(ComeAgain(503, "too many clients follow the city: come again later", 60),
+    const Result<uint64_t> first = FirstEvent(request, Header(headers, known_.last_event));
+    if (!first.ok()) return Send(ProblemOf(first.status()), response);
+    auto place = kj::heap<DividedShare>(limits_.followers, HolderOf(request));
+    if (!is_of_owner_ && !place->Grow(1)) {
+      const bool is_full = limits_.followers->is_full();
+      return Send(is_full ? ComeAgain(503, "too many clients follow the city: come again later", 60)
+                          : ComeAgain(429,
+                                      "half of all who may follow the city are you: follow it once "
+                                      "more when one of your streams has ended",
+                                      60),
                   response);
     }
-    auto place = kj::heap(kj::defer([this] { limits_.followers.Give(1); }));
     kj::HttpHeaders answer(table_);
     answer.set(kj::HttpHeaderId::CONTENT_TYPE, "text/event-stream"_kj);
     answer.add("Cache-Control"_kj, "no-cache"_kj);
     auto stream = response.send(200, "OK"_kj, answer);
     if (!wants_body) return kj::READY_NOW;
-    kj::AsyncOutputStream& out = *stream;
-    auto asked = std::make_shared<HttpRequest>(request);
-    return out.write(": veduta\n\n", 10)
-        .then([this, &out, first, asked] { return TellNews(out, first, asked, kAliveTime); })
-        .attach(kj::mv(stream), kj::mv(place));
-  }
-
-  // `silence`: what is left of it until the client hears that the line is alive.
-  kj::Promise<void> TellNews(kj::AsyncOutputStream& out, uint64_t first,
-                             const std::shared_ptr<HttpRequest>& asked, kj::Duration silence) {
-    if (!service_->StillAllows(asked.get())) return kj::READY_NOW;  // the token may be revoked
-    auto paf = kj::newPromiseAndCrossThreadFulfiller<Result<CityEvents>>();
-    const Sender<Result<CityEvents>> sender(kj::mv(paf.fulfiller));
-    service_->TellEvents(first, asked->sight, sender);
-    return paf.promise.then(
-        [this, &out, first, asked, silence](Result<CityEvents> events) -> kj::Promise<void> {
-          // A client that is cut off asks again from where it was.
-          if (!events.ok() || is_stopping_) return kj::READY_NOW;
-          if (!events->text.empty()) {
-            auto text = kj::heap<std::string>(std::move(events->text));
-            auto written = timer_.timeoutAfter(kSendTime, out.write(text->data(), text->size()));
-            return written.attach(kj::mv(text)).then([this, &out, asked, next = events->next] {
-              return TellNews(out, next, asked, kAliveTime);
-            });
-          }
-          kj::Promise<void> wait = timer_.afterDelay(kNewsTime);
-          kj::Duration left = silence - kNewsTime;
-          if (silence <= kNewsTime) {
-            wait = wait.then(
-                [this, &out] { return timer_.timeoutAfter(kSendTime, out.write(":\n\n", 3)); });
-            left = kAliveTime;
-          }
-          return wait.then(
-              [this, &out, first, asked, left] { return TellNews(out, first, asked, left); });
-        });
+    auto told = teller_.Tell(stream.get(), request, *first);
+    return told.attach(kj::mv(stream), kj::mv(place));
   }
 
   kj::Promise<void> AcceptLater(kj::ConnectionReceiver* port) {
@@ -391,11 +386,13 @@ class HttpDoor final : private kj::TaskSet::ErrorHandler {
   Limits& limits_;
   kj::Timer& timer_;
   const BodyReader reader_, reader_of_none_;  // the latter of requests that have no body
-  Budget* const taken_;                       // connections
+  const EventTeller teller_;
+  Budget* const taken_;  // connections
   const kj::HttpHeaderTable& table_;
   const KnownHeaders& known_;
   const bool is_of_owner_;  // no browser comes by its socket
   bool is_stopping_ = false;
+  ConnectionCloser closer_;
   kj::HttpServer server_;
   kj::TaskSet connections_;
 };

@@ -66,7 +66,7 @@ class QuietErrors final : public kj::HttpServerErrorHandler {
 
 }  // namespace
 
-kj::HttpServerSettings HttpSettings(uint64_t body_bytes_max) {
+kj::HttpServerSettings HttpSettings(uint64_t body_bytes_max, kj::HttpServerCallbacks* callbacks) {
   static QuietErrors errors;  // it has no state, so all threads may share it
   kj::HttpServerSettings settings;
   settings.headerTimeout = kHeadTime;
@@ -75,6 +75,7 @@ kj::HttpServerSettings HttpSettings(uint64_t body_bytes_max) {
   settings.canceledUploadGraceBytes = body_bytes_max;
   settings.canceledUploadGracePeriod = kRefusedTime;
   settings.errorHandler = errors;
+  settings.callbacks = *callbacks;
   return settings;
 }
 

@@ -8,7 +8,8 @@
 
 namespace veduta {
 
-// `body_bytes_max`: so much of a body that was refused is read.
-kj::HttpServerSettings HttpSettings(uint64_t body_bytes_max);
+// `body_bytes_max`: so much of a body that was refused is read. `callbacks` must outlive the
+// server.
+kj::HttpServerSettings HttpSettings(uint64_t body_bytes_max, kj::HttpServerCallbacks* callbacks);
 
 }  // namespace veduta

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// The answer to one request on its way to the client: gets the request's id as a header. The log is
-// told when the answer has gone, or the client has.
+// The answer to one request on its way to the client: gets the request's id as a header, and may be
+// the last one of its connection. The log is told when the answer has gone, or the client has.
 
 #include <kj/compat/http.h>
 
@@ -11,17 +11,19 @@
 #include <utility>
 
 #include "cli/service/client_presence.h"
+#include "cli/service/connection_closer.h"
 #include "cli/service/request_log.h"
 
 namespace veduta {
 
 class LoggedResponse final : public kj::HttpService::Response {
  public:
-  // `socket` is the connection's, which must outlive this.
+  // `socket` is the connection's, which must outlive this, as the closer must.
   LoggedResponse(Response* response, int socket, std::string id,
-                 std::function<void(const RequestEntry&)> told)
+                 std::function<void(const RequestEntry&)> told, ConnectionCloser* closer)
       : response_(*response),
         told_(std::move(told)),
+        closer_(*closer),
         client_(std::make_shared<ClientPresence>(socket)) {
     entry_.id = std::move(id);
     entry_.door = "http";
@@ -40,6 +42,8 @@ class LoggedResponse final : public kj::HttpService::Response {
   bool is_told() const { return static_cast<bool>(told_); }
   RequestEntry& entry() { return entry_; }
   const std::shared_ptr<ClientPresence>& client() const { return client_; }
+  // The client is told that this is the last answer of the connection. To be called before it is.
+  void CloseAfter() { is_last_ = true; }
 
   kj::Own<kj::AsyncOutputStream> send(kj::uint code, kj::StringPtr phrase,
                                       const kj::HttpHeaders& headers,
@@ -50,6 +54,7 @@ class LoggedResponse final : public kj::HttpService::Response {
     }
     kj::HttpHeaders with_id = headers.cloneShallow();
     with_id.add("X-Request-Id"_kj, kj::StringPtr(entry_.id.c_str()));
+    if (is_last_) closer_.CloseAfterNext();
     return response_.send(code, phrase, with_id, size);
   }
   kj::Own<kj::WebSocket> acceptWebSocket(const kj::HttpHeaders& headers) override {
@@ -60,9 +65,11 @@ class LoggedResponse final : public kj::HttpService::Response {
   using Clock = std::chrono::steady_clock;
   Response& response_;
   const std::function<void(const RequestEntry&)> told_;
+  ConnectionCloser& closer_;
   const std::shared_ptr<ClientPresence> client_;
   const Clock::time_point begun_ = Clock::now();
   RequestEntry entry_;
+  bool is_last_ = false;
 };
 
 }  // namespace veduta

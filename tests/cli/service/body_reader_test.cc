@@ -71,6 +71,14 @@ TEST_F(BodyReaderTest, RefusesWhatIsTooLarge) {
   EXPECT_EQ(arriving->refusal->code, 413u);
 }
 
+TEST_F(BodyReaderTest, WaitsForNoBodyWhereThereMayBeNone) {
+  const BodyReader none(&timer_, 0);
+  const auto arriving = New();  // by chunks: nobody has said how much comes
+  none.ReadAll(*pipe_.in, arriving).wait(scope_);
+  ASSERT_TRUE(arriving->refusal);
+  EXPECT_EQ(arriving->refusal->code, 413u);
+}
+
 TEST_F(BodyReaderTest, RefusesWhatTheBudgetHasNoRoomFor) {
   ASSERT_TRUE(budget_->Grow("", 0, 2'900'000));
   Write(200'000);

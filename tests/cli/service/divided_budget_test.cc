@@ -56,6 +56,28 @@ TEST(DividedBudget, WhoHasNoNameHasWhatThereIs) {
   EXPECT_TRUE(more.Grow(1));
 }
 
+TEST(DividedBudget, OfPlacesOneHasHalf) {
+  const auto budget = std::make_shared<DividedBudget>(11);
+  std::vector<std::unique_ptr<DividedShare>> places;
+  const auto count = [&](const std::string& asker) {
+    uint32_t taken = 0;
+    for (int i = 0; i < 20; ++i) {
+      places.push_back(std::make_unique<DividedShare>(budget, asker));
+      taken += places.back()->Grow(1);
+    }
+    return taken;
+  };
+  EXPECT_EQ(count("anna"), 5u);
+  EXPECT_EQ(count("ben"), 5u);
+  EXPECT_FALSE(budget->is_full());
+  EXPECT_EQ(count("clara"), 1u);
+  EXPECT_TRUE(budget->is_full());
+  const auto only = std::make_shared<DividedBudget>(1);
+  DividedShare first(only, "anna"), second(only, "anna");
+  EXPECT_TRUE(first.Grow(1));
+  EXPECT_FALSE(second.Grow(1));
+}
+
 TEST(DividedBudget, AShareIsNamedBeforeItGrows) {
   const auto budget = std::make_shared<DividedBudget>(10);
   DividedShare first(budget), second(budget);
