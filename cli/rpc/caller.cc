@@ -11,6 +11,14 @@ std::shared_ptr<BudgetShare> TakeOne(const std::shared_ptr<Budget>& budget, cons
 
 void Caller::LogIn() {
   token_number_ = Check("GET", {"v1", "status"}).token_number;
+  DividedShare& place = session_->place;
+  if (!session_->is_of_owner && place.taken() == 0) {
+    place.Name(HolderOf(Asking()));
+    if (!place.Grow(1)) {
+      kj::throwFatalException(
+          Failure(429, "half of the connections are yours: come again when one of them has ended"));
+    }
+  }
   session_->has_logged_in = true;
 }
 

@@ -32,11 +32,13 @@ struct RpcShared {
       : service(s),
         bytes(std::make_shared<DividedBudget>(bytes_max)),
         connections(std::make_shared<Budget>(connections_max)),
-        by_address(std::make_shared<DividedBudget>(connections_max)) {}
+        by_address(std::make_shared<DividedBudget>(connections_max)),
+        by_holder(std::make_shared<DividedBudget>(connections_max)) {}
   CityService* const service;
   const std::shared_ptr<DividedBudget> bytes;
   const std::shared_ptr<Budget> connections;
   const std::shared_ptr<DividedBudget> by_address;  // connections of strangers
+  const std::shared_ptr<DividedBudget> by_holder;   // those on which they have logged in
 };
 
 // One connection. On its thread alone.
@@ -55,6 +57,7 @@ struct RpcSession {
   const bool& is_stopping;  // the daemon is
   const bool is_of_owner;   // it came by a socket that the owner of the database alone can reach
   bool has_logged_in = false;
+  DividedShare place{shared.by_holder};  // of whoever has logged in first
   const std::shared_ptr<Budget> calls = std::make_shared<Budget>(kCallsMax);
   const std::shared_ptr<Budget> verdicts = std::make_shared<Budget>(kVerdictsMax);
   const std::shared_ptr<Budget> things = std::make_shared<Budget>(kThingsMax);
@@ -78,7 +81,7 @@ class Caller final {
   CityService& service() const { return *session_->shared.service; }
 
   // Notes whose token it is. Throws where it is not let in: it may ask what the least of all roles
-  // may, as Check has it.
+  // may, as Check has it; and 429 where half of the connections are the caller's already.
   void LogIn();
 
   // Throws where the caller may not make the request of HTTP that asks for the same: the table of

@@ -7,6 +7,7 @@
 #   that take a minute are tested by tests/cli/rpc/rpc_connection_test.cc.
 # usage: tests/cli/rpc_hostile_test.py VEDUTA VEDUTA_STREET [TEST...]
 import contextlib
+import itertools
 import os
 import random
 import select
@@ -306,6 +307,30 @@ class Hostile(Case):
                 with self.assertRaises(veduta_rpc.Failure) as raised:
                     following.wait()
                 self.assertEqual(raised.exception.code, 401)
+
+    def test_one_token_leaves_half_of_the_connections_to_others(self):
+        db = new_database('halves')
+        tokens = [must('token', 'create', db, name, '--role', 'viewer').strip()
+                  for name in ('vera', 'ben')]
+        with (Daemon(db, '--listen', '127.0.0.1:0') as daemon, contextlib.ExitStack() as held):
+            address = daemon.started['rpc']
+            hers = [held.enter_context(veduta_rpc.connect(address, tokens[0]))
+                    for _ in range(128)]
+            with self.assertRaises(veduta_rpc.Failure) as raised:
+                veduta_rpc.connect(address, tokens[0])
+            self.assertEqual(raised.exception.code, 429)
+            self.assertIn('half of the connections', str(raised.exception))
+            with veduta_rpc.connect(address, tokens[1]) as city:
+                self.assertEqual(city.status().images, 0)
+            self.assertEqual(hers[-1].status().images, 0)
+            hers[0].close()
+            for attempt in itertools.count():  # its end may be seen a little later
+                try:
+                    veduta_rpc.connect(address, tokens[0]).close()
+                    break
+                except veduta_rpc.Failure:
+                    self.assertLess(attempt, 100)
+                    time.sleep(0.05)
 
     def test_a_long_message_waits_for_the_login_before_it(self):
         """Calls that are sent ahead of the login's answer may be long, and those of a stranger are
