@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Goal: people see the city in a browser, look at photos, and contribute some; nothing is complained
 #   about, by the browser or by axe-core, and no other host is asked.
-# Method: a real daemon on a rendered street, and Debian's chromium, driven by
-#   page/page_test.mjs, which says what it checks. Pictures are left in PAGE_PICTURES, if
-#   that is set.
+# Method: a real daemon on a rendered street, and Debian's chromium, driven by the files of page/,
+#   which say what they check. Pictures are left in PAGE_PICTURES, if that is set.
 # usage: tests/cli/page_test.py VEDUTA VEDUTA_STREET BUILT_PAGE [TEST...]
 #   BUILT_PAGE: the folder in the build tree in which the page was built
 import json
@@ -54,6 +53,26 @@ class Page(Case):
                 [NODE, os.path.join(BUILT_PAGE, 'test', 'page_test.mjs'),
                  'http://' + daemon.host, more, pictures, CHROMIUM], capture_output=True)
         self.assertEqual(done.returncode, 0, (done.stdout + done.stderr).decode())
+
+    def test_the_plan(self):
+        if CHROMIUM is None or NODE is None:
+            self.skipTest('there is no chromium, or no node: tools/install.sh installs them')
+        # In a circle, which gives several reconstructions; GPS tells a place of each.
+        orbit = ('--photos', '24', '--trajectory', 'orbit', '--size', SIZE, '--gps', '0.3')
+        street = ('--photos', '20', '--length', '10', '--size', SIZE)
+        pictures = os.environ.get('PAGE_PICTURES', at('pictures'))
+        for place, what in (('known', orbit), ('unknown', street)):
+            photos = render(f'plan_{place}', *what)
+            db = new_database(f'plan_{place}.veduta')
+            self.assertEqual(add(db, photos)[0], 0)
+            places = [one['known'] for one in ask('georeference', db)['reconstructions']]
+            self.assertEqual(set(places), {place == 'known'})
+            self.assertGreater(len(places), 1 if place == 'known' else 0)
+            with Daemon(db) as daemon:
+                done = subprocess.run(
+                    [NODE, os.path.join(BUILT_PAGE, 'test', 'plan_test.mjs'),
+                     'http://' + daemon.host, place, pictures, CHROMIUM], capture_output=True)
+            self.assertEqual(done.returncode, 0, (done.stdout + done.stderr).decode())
 
     def test_photos_are_reported_and_hidden(self):
         if CHROMIUM is None or NODE is None:

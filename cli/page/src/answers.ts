@@ -96,7 +96,8 @@ export interface Georeference {
   reconstructions: {
     reconstruction: number;
     known: boolean;
-    rotation_wxyz: QuaternionWxyz | null;
+    scale: number | null; // metres for one unit of the reconstruction
+    rotation_wxyz: QuaternionWxyz | null; // into east, north and up
   }[];
 }
 

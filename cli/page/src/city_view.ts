@@ -7,7 +7,8 @@
 //   data-selected               the number of the selected photo, or ""
 //   data-marker-x, -y           where the selected photo's pyramid is drawn, in CSS px of the
 //                               element; "" where it is not in sight
-//   data-mode                   "model", or "photo" while the view stands in a photo's pose
+//   data-mode                   "model", or "plan", or "photo" while the view stands in a photo's
+//                               pose
 //   data-triangles, data-tiles  how many of the surface the last frame drew
 //   data-surface                "none", "loading", or "complete" where the surface is drawn as fine
 //                               as the view needs it
@@ -22,6 +23,7 @@ import {
   Spherical,
   Vector3,
   WebGLRenderer,
+  type Camera,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { PlacedPhoto } from "./answers";
@@ -29,6 +31,8 @@ import { CameraMarks, type MarkColors } from "./camera_marks";
 import { fly, type Pose } from "./flight";
 import type { Layers } from "./layer_switch";
 import { depthBefore, PhotoPlane, type Pinhole } from "./photo_plane";
+import { Plan } from "./plan";
+import type { PlanLegend } from "./plan_legend";
 import type { PointCloud } from "./point_cloud";
 import type { SurfaceLayer } from "./surface_layer";
 import { VIEW_RADIUS, worldFromCam, type Placing } from "./upright";
@@ -38,6 +42,7 @@ const PIXEL_RATIO_MAX = 2;
 const STILL_MS = 250; // so long without a change, the view counts as still
 const TURN_RAD = Math.PI / 36; // of an arrow key
 const NEAR_FACTOR = 0.85; // of the + key
+const PAN_PX = 60; // of an arrow key, in the plan
 const REACH_PX = 14; // of a click around a camera
 const REACH_TOUCH_PX = 26;
 const PHOTO_MARGIN_PX = 16; // around a photo that the view stands in
@@ -46,12 +51,15 @@ const PHOTO_MARGIN_BELOW_PX = 72; // the bar with the slider lies there
 export class CityView {
   onPick: (id: number) => void = () => {};
   onMode: (isInPhoto: boolean) => void = () => {};
+  onPlan: (isInPlan: boolean) => void = () => {};
 
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
   private readonly world = new Group();
   private readonly camera = new PerspectiveCamera(FIELD_DEG, 1, 0.01, 2000);
   private readonly controls: OrbitControls;
+  private readonly plan: Plan;
+  private isFromAbove = false; // the plan is chosen; a photo goes before it
   private points: PointCloud | null = null;
   private marks: CameraMarks | null = null;
   private plane: PhotoPlane | null = null;
@@ -75,6 +83,7 @@ export class CityView {
   constructor(
     private readonly element: HTMLElement,
     private readonly surface: SurfaceLayer,
+    private readonly legend: PlanLegend,
   ) {
     ColorManagement.enabled = false; // colours of photos go to the screen as they are
     this.renderer = new WebGLRenderer({ antialias: true, powerPreference: "high-performance" });
@@ -87,13 +96,15 @@ export class CityView {
     this.controls.addEventListener("change", () => this.moved());
     this.controls.minDistance = 0.02;
     this.controls.maxDistance = 60 * VIEW_RADIUS;
+    this.plan = new Plan(canvas);
+    this.plan.onChange = () => this.moved();
     new ResizeObserver(() => this.resize()).observe(element);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolor());
     canvas.addEventListener("webglcontextrestored", () => this.requestRender());
     this.listenForClicks(canvas);
     element.addEventListener("keydown", (event) => this.onKey(event));
-    element.dataset.mode = "model";
     element.dataset.selected = "";
+    this.follow();
     this.recolor();
     this.resize();
   }
@@ -101,7 +112,8 @@ export class CityView {
   // Shows a reconstruction. `keepsView`: the world stays where it stands in the view.
   show(points: PointCloud, photos: PlacedPhoto[], placing: Placing, keepsView: boolean): void {
     this.latest = placing;
-    if (!keepsView || !this.placing) this.overview();
+    if (!keepsView || !this.placing) this.showAll();
+    else if (this.isFromAbove) this.turnPlan();
     if (this.points !== points) {
       if (this.points) this.world.remove(this.points.object);
       this.points?.dispose();
@@ -141,14 +153,62 @@ export class CityView {
     this.resize();
   }
 
-  // The whole reconstruction, from behind the cameras and from above.
+  // The whole reconstruction, in the plan or from behind the cameras and from above.
   overview(): void {
+    if (!this.isFromAbove) return this.showAll();
+    this.leavePhoto(false);
+    this.fitPlan();
+  }
+
+  // Shows the plan, or goes back to where the view was before.
+  togglePlan(): void {
+    if (this.isInPhoto) return;
+    // On the way back from a photo: the view is there at once.
+    this.stopFlight();
+    if (this.home) this.setPose(this.home);
+    this.home = null;
+    this.isFromAbove = !this.isFromAbove;
+    if (this.isFromAbove) this.fitPlan();
+    this.follow();
+    this.onPlan(this.isFromAbove);
+    this.moved();
+  }
+
+  private fitPlan(): void {
+    if (!this.placing || !this.latest) return;
+    this.turnPlan();
+    const middle = this.world.localToWorld(this.latest.middle.clone());
+    this.plan.fit(middle, (VIEW_RADIUS * this.placing.scale) / this.latest.scale, this.freeSize());
+  }
+
+  // North becomes known, and better known, while the world stays where it is in the view.
+  private turnPlan(): void {
+    if (!this.placing || !this.latest) return;
+    const { view_from_world, plan } = this.placing;
+    const { up, top } = this.latest.plan.metresOfUnit === null ? plan : this.latest.plan;
+    const inView = (axis: Vector3) => axis.clone().applyQuaternion(view_from_world);
+    this.plan.orient(inView(up), inView(top));
+  }
+
+  // The mouse and fingers move what is drawn.
+  private follow(): void {
+    this.controls.enabled = !this.isInPhoto && !this.isFromAbove && !this.home;
+    this.plan.enabled = !this.isInPhoto && this.isFromAbove;
+    const model = this.isFromAbove ? "plan" : "model";
+    this.element.dataset.mode = this.isInPhoto ? "photo" : model;
+  }
+
+  private get drawnCamera(): Camera {
+    return this.isFromAbove && !this.isInPhoto ? this.plan.camera : this.camera;
+  }
+
+  private showAll(): void {
     this.leavePhoto(false);
     this.stopFlight();
     this.home = null;
     this.camera.fov = FIELD_DEG;
     this.camera.updateProjectionMatrix();
-    this.controls.enabled = true;
+    this.follow();
     if (this.latest) this.place(this.latest);
     const forward = this.placing?.forward ?? new Vector3(0, 0, -1);
     const { height } = this.size();
@@ -160,6 +220,7 @@ export class CityView {
     this.controls.target.set(0, 0, 0);
     this.camera.position.copy(offset.normalize().multiplyScalar(distance));
     this.controls.update();
+    if (this.isFromAbove) this.fitPlan();
     this.moved();
   }
 
@@ -186,8 +247,7 @@ export class CityView {
     this.plane.opacity = opacity;
     this.world.add(this.plane.object);
     this.plane.object.updateWorldMatrix(true, false);
-    this.controls.enabled = false;
-    this.element.dataset.mode = "photo";
+    this.follow();
     this.onMode(true);
     // The view's camera looks along -z with y up, the photo's along +z with y down.
     const turned = new Quaternion(1, 0, 0, 0);
@@ -216,15 +276,15 @@ export class CityView {
     const home = this.home;
     this.isIn = false;
     this.dropPlane();
-    this.element.dataset.mode = "model";
+    this.follow();
     this.onMode(false);
     const arrive = () => {
       this.home = null;
-      this.controls.enabled = true;
+      this.follow();
       this.controls.update();
     };
     this.stopFlight();
-    if (isFlown) return this.flyTo(home, arrive);
+    if (isFlown && !this.isFromAbove) return this.flyTo(home, arrive);
     this.setPose(home);
     arrive();
   }
@@ -291,6 +351,7 @@ export class CityView {
     this.camera.aspect = width / height;
     const [x, y] = [this.insetRight / 2, this.insetBottom / 2];
     this.camera.setViewOffset(width, height, x, y, width, height);
+    this.plan.resize(width, height, this.insetRight, this.insetBottom);
     // A canvas that has a new size is empty: it is drawn at once, so that nothing flickers.
     this.render();
   }
@@ -324,14 +385,23 @@ export class CityView {
     this.chooseSurface(width, height);
     // The pyramid that the view stands in would frame the photo, and others hide it.
     if (this.marks) this.marks.object.visible = !this.isInPhoto;
-    this.renderer.render(this.scene, this.camera);
+    this.renderer.render(this.scene, this.drawnCamera);
+    this.tellScale();
     const at =
       this.selected === null || !this.marks
         ? null
-        : this.marks.screenOf(this.selected, this.camera, width, height);
+        : this.marks.screenOf(this.selected, this.drawnCamera, width, height);
     this.element.dataset.drawn = String(drawn);
     this.element.dataset.markerX = at ? at[0].toFixed(1) : "";
     this.element.dataset.markerY = at ? at[1].toFixed(1) : "";
+  }
+
+  private tellScale(): void {
+    const isShown = this.drawnCamera === this.plan.camera && this.element.dataset.cameras !== "0";
+    if (!isShown || !this.placing || !this.latest) return this.legend.hide();
+    const metres = this.latest.plan.metresOfUnit;
+    if (metres === null) return this.legend.showUnknown();
+    this.legend.showScale((this.plan.camera.zoom * this.placing.scale) / metres);
   }
 
   private choosePoints(): number {
@@ -345,8 +415,8 @@ export class CityView {
     const isSeen = this.surface.exists && this.drawnLayers !== "points";
     this.surface.object.visible = isSeen;
     if (isSeen) {
-      this.camera.updateMatrixWorld();
-      this.surface.update(this.camera, width, height, this.isMoving);
+      this.drawnCamera.updateMatrixWorld();
+      this.surface.update(this.drawnCamera, width, height, this.isMoving);
     }
     const { dataset } = this.element;
     dataset.surface = !isSeen ? "none" : this.surface.isComplete ? "complete" : "loading";
@@ -366,7 +436,7 @@ export class CityView {
       const box = canvas.getBoundingClientRect();
       const reach = event.pointerType === "mouse" ? REACH_PX : REACH_TOUCH_PX;
       const [x, y] = [event.clientX - box.left, event.clientY - box.top];
-      const id = this.marks?.pick(x, y, reach, this.camera, box.width, box.height) ?? null;
+      const id = this.marks?.pick(x, y, reach, this.drawnCamera, box.width, box.height) ?? null;
       if (id !== null) this.onPick(id);
     });
   }
@@ -374,21 +444,39 @@ export class CityView {
   private onKey(event: KeyboardEvent): void {
     if (event.ctrlKey || event.altKey || event.metaKey || this.isInPhoto) return;
     if (event.target !== this.element) return;
+    if (event.key === "Home") this.overview();
+    else if (event.key.toLowerCase() === "p") this.togglePlan();
+    else if (!(this.isFromAbove ? this.onPlanKey(event.key) : this.onModelKey(event.key))) return;
+    event.preventDefault();
+  }
+
+  // Gives whether the key means something.
+  private onPlanKey(key: string): boolean {
+    if (key === "ArrowLeft") this.plan.pan(-PAN_PX, 0);
+    else if (key === "ArrowRight") this.plan.pan(PAN_PX, 0);
+    else if (key === "ArrowUp") this.plan.pan(0, PAN_PX);
+    else if (key === "ArrowDown") this.plan.pan(0, -PAN_PX);
+    else if (key === "+" || key === "=") this.plan.zoomBy(1 / NEAR_FACTOR);
+    else if (key === "-") this.plan.zoomBy(NEAR_FACTOR);
+    else return false;
+    return true;
+  }
+
+  private onModelKey(key: string): boolean {
     const offset = this.camera.position.clone().sub(this.controls.target);
     const place = new Spherical().setFromVector3(offset);
-    if (event.key === "ArrowLeft") place.theta -= TURN_RAD;
-    else if (event.key === "ArrowRight") place.theta += TURN_RAD;
-    else if (event.key === "ArrowUp") place.phi -= TURN_RAD;
-    else if (event.key === "ArrowDown") place.phi += TURN_RAD;
-    else if (event.key === "+" || event.key === "=") place.radius *= NEAR_FACTOR;
-    else if (event.key === "-") place.radius /= NEAR_FACTOR;
-    else if (event.key === "Home") return this.overview();
-    else return;
-    event.preventDefault();
+    if (key === "ArrowLeft") place.theta -= TURN_RAD;
+    else if (key === "ArrowRight") place.theta += TURN_RAD;
+    else if (key === "ArrowUp") place.phi -= TURN_RAD;
+    else if (key === "ArrowDown") place.phi += TURN_RAD;
+    else if (key === "+" || key === "=") place.radius *= NEAR_FACTOR;
+    else if (key === "-") place.radius /= NEAR_FACTOR;
+    else return false;
     place.makeSafe();
     this.camera.position.setFromSpherical(place).add(this.controls.target);
     this.controls.update();
     this.moved();
+    return true;
   }
 }
 

@@ -10,10 +10,12 @@ interface Parts {
   status: HTMLElement;
   note: HTMLElement;
   layers: HTMLElement;
+  legend: HTMLElement;
   dialog: HTMLElement;
   onLanguage(): void;
   onToken(): void;
   onOverview(): void;
+  onPlan(): void;
   onLeave(): void;
   onOpacity(share: number): void;
 }
@@ -21,6 +23,7 @@ interface Parts {
 export interface Layout {
   view: HTMLElement;
   overview: HTMLButtonElement;
+  plan: HTMLButtonElement;
   readonly opacity: number;
   // Panels cover so many px of the view.
   onInsets: (right: number, bottom: number) => void;
@@ -29,6 +32,7 @@ export interface Layout {
   foldWhenNarrow(): void;
   setHasPhoto(has: boolean): void;
   setInPhoto(isInPhoto: boolean): void;
+  setInPlan(isInPlan: boolean): void;
 }
 
 const NARROW = matchMedia("(max-width: 720px)");
@@ -41,6 +45,12 @@ export function buildLayout(parts: Parts): Layout {
     attributes: { tabindex: "0", role: "application" },
   });
   const overview = el("button", { words: "overview", onClick: parts.onOverview });
+  const plan = el("button", {
+    id: "plan",
+    words: "plan",
+    attributes: { "aria-pressed": "false" },
+    onClick: parts.onPlan,
+  });
   const slider = el("input", {
     id: "opacity",
     attributes: { type: "range", min: "0", max: "100", value: "80" },
@@ -49,8 +59,16 @@ export function buildLayout(parts: Parts): Layout {
   const sliderLabel = el("label", { words: "opacity", attributes: { for: "opacity" } });
   const photoBar = el("div", { class: "bar photo-bar" }, sliderLabel, slider, leave);
   photoBar.hidden = true;
-  const bar = el("div", { class: "bar" }, overview, parts.layers);
-  const overlay = el("div", { class: "overlay" }, parts.note, photoBar, bar, parts.status);
+  const bar = el("div", { class: "bar" }, overview, plan, parts.layers);
+  const overlay = el(
+    "div",
+    { class: "overlay" },
+    parts.note,
+    parts.legend,
+    photoBar,
+    bar,
+    parts.status,
+  );
   const main = el("main", {}, view, overlay);
 
   const foldButton = el("button", { id: "fold", label: "fold", class: "fold" });
@@ -74,6 +92,7 @@ export function buildLayout(parts: Parts): Layout {
   const layout: Layout = {
     view,
     overview,
+    plan,
     get opacity() {
       return Number(slider.value) / 100;
     },
@@ -102,6 +121,7 @@ export function buildLayout(parts: Parts): Layout {
       if (isInPhoto) leave.focus();
       else if (hadFocus) view.focus({ preventScroll: true });
     },
+    setInPlan: (isInPlan) => plan.setAttribute("aria-pressed", String(isInPlan)),
   };
 
   function setFolded(isFolded: boolean): void {

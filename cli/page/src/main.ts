@@ -18,6 +18,7 @@ import { ReconstructionsPanel } from "./panel_reconstructions";
 import { ReportsPanel } from "./panel_reports";
 import { SeamsPanel } from "./panel_seams";
 import { pinholeOf } from "./photo_plane";
+import { PlanLegend } from "./plan_legend";
 import { ReportForm } from "./report_form";
 import { ShownModel } from "./shown_model";
 import { StatusLine } from "./status_line";
@@ -86,16 +87,19 @@ empty.hidden = true;
 const layers = new LayerSwitch((chosen) => {
   if (view) view.layers = chosen;
 });
+const legend = new PlanLegend();
 const layout = buildLayout({
   tabs,
   photo: photo.element,
   status: status.element,
   note: empty,
   layers: layers.element,
+  legend: legend.element,
   dialog: tokenForm.element,
   onLanguage: switchLanguage,
   onToken: () => void changeToken(),
   onOverview: () => view?.overview(),
+  onPlan: () => view?.togglePlan(),
   onLeave: () => view?.leavePhoto(),
   onOpacity: (share) => {
     if (view) view.photoOpacity = share;
@@ -116,14 +120,16 @@ let cameFrom: Element | null = null; // what had the focus when a photo was sele
 
 function makeView(): CityView | null {
   try {
-    const made = new CityView(layout.view, surface);
+    const made = new CityView(layout.view, surface, legend);
     made.layers = layers.layers;
     made.onPick = select;
     made.onMode = (isInPhoto) => layout.setInPhoto(isInPhoto);
+    made.onPlan = (isInPlan) => layout.setInPlan(isInPlan);
     return made;
   } catch {
     layout.view.append(el("p", { class: "view-note", words: "no_webgl" }));
     layout.overview.hidden = true;
+    layout.plan.hidden = true;
     document.body.classList.add("no-view");
     return null;
   }
@@ -240,6 +246,7 @@ function switchLanguage(): void {
   sayAgain();
   const panels = [photos, reconstructions, seams, history, contribute, reports, photo];
   for (const panel of panels) panel.render();
+  view?.requestRender();
 }
 
 function showContribute(): void {

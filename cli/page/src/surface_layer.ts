@@ -8,8 +8,8 @@ import {
   Group,
   Mesh,
   MeshBasicMaterial,
+  type Camera,
   type Object3D,
-  type PerspectiveCamera,
 } from "three";
 import { Problem, whole, type Api } from "./api";
 
@@ -136,11 +136,14 @@ export class SurfaceLayer {
   }
 
   // Before each frame; loads what the camera sees. Sizes are those of the view in CSS px.
-  update(camera: PerspectiveCamera, width: number, height: number, isMoving: boolean): void {
+  update(camera: Camera, width: number, height: number, isMoving: boolean): void {
     this.pace(isMoving);
     for (const surface of [this.shown, this.next]) {
       if (!surface) continue;
-      if (!surface.tiles.hasCamera(camera)) surface.tiles.setCamera(camera);
+      if (!surface.tiles.hasCamera(camera)) {
+        for (const other of [...surface.tiles.cameras]) surface.tiles.deleteCamera(other);
+        surface.tiles.setCamera(camera);
+      }
       surface.tiles.setResolution(camera, width, height);
       surface.tiles.errorTarget = ERROR_TARGET_PX * (isMoving ? this.coarseness : 1);
       surface.tiles.group.updateMatrixWorld(true);

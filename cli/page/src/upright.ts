@@ -11,6 +11,14 @@ export interface Placing {
   scale: number;
   middle: Vector3; // in the world
   forward: Vector3; // in the view: where the cameras look on the whole, horizontal, of length 1
+  plan: PlanFrame;
+}
+
+// How a plan lies in the world.
+export interface PlanFrame {
+  up: Vector3; // it is looked at from there
+  top: Vector3; // up on the screen: north where it is known, otherwise where the cameras look
+  metresOfUnit: number | null; // of the world; null: the place on the earth is not known
 }
 
 export function quaternionOf(wxyz: QuaternionWxyz): Quaternion {
@@ -38,7 +46,8 @@ export function placingOf(
   positions: Float32Array,
   georeference: Georeference,
 ): Placing {
-  const up = upOf(reconstruction, photos, georeference);
+  const earth = earthOf(reconstruction, georeference);
+  const up = earth?.up ?? upOf(photos);
   const view_from_world = new Quaternion().setFromUnitVectors(up, new Vector3(0, 1, 0));
   const forward = new Vector3();
   for (const photo of photos)
@@ -47,15 +56,25 @@ export function placingOf(
   if (forward.length() <= 0.05 * photos.length) forward.set(0, 0, -1);
   forward.normalize();
   const { middle, radius } = extentOf(photos, positions);
-  return { view_from_world, scale: VIEW_RADIUS / radius, middle, forward };
+  const ahead = forward.clone().applyQuaternion(view_from_world.clone().conjugate());
+  const plan = earth ?? { up, top: ahead, metresOfUnit: null };
+  return { view_from_world, scale: VIEW_RADIUS / radius, middle, forward, plan };
 }
 
-function upOf(reconstruction: number, photos: PlacedPhoto[], georeference: Georeference): Vector3 {
+// Null where the place on the earth is not known.
+function earthOf(reconstruction: number, georeference: Georeference): PlanFrame | null {
   const place = georeference.reconstructions.find((one) => one.reconstruction === reconstruction);
-  if (place?.known && place.rotation_wxyz) {
-    // R maps the world into east, north and up.
-    return new Vector3(0, 0, 1).applyQuaternion(quaternionOf(place.rotation_wxyz).conjugate());
-  }
+  if (!place?.known || !place.rotation_wxyz || !place.scale) return null;
+  // R maps the world into east, north and up.
+  const world_from_earth = quaternionOf(place.rotation_wxyz).conjugate();
+  return {
+    up: new Vector3(0, 0, 1).applyQuaternion(world_from_earth),
+    top: new Vector3(0, 1, 0).applyQuaternion(world_from_earth),
+    metresOfUnit: place.scale,
+  };
+}
+
+function upOf(photos: PlacedPhoto[]): Vector3 {
   const up = new Vector3();
   for (const photo of photos) up.add(new Vector3(0, -1, 0).applyQuaternion(worldFromCam(photo)));
   return up.length() > 0.05 * photos.length ? up.normalize() : new Vector3(0, -1, 0);

@@ -93,6 +93,24 @@ async function testDetail() {
   await waitForView("surface", "complete");
   assert.equal(await triangles(), whole, "the same view draws the same again");
 
+  begin("the plan draws it as well, less of it from afar, and nothing of it is left behind");
+  await page.keyboard.press("p");
+  await waitForView("mode", "plan");
+  await settle();
+  await waitForView("surface", "complete");
+  const above = await triangles();
+  assert.ok(above > 1000, `${above} triangles are drawn from above`);
+  await shoot("surface_plan");
+  for (let i = 0; i < 20; ++i) await page.keyboard.press("-");
+  await settle();
+  await waitForView("surface", "complete");
+  assert.ok((await triangles()) < above / 2, `${await triangles()} from afar, ${above} before`);
+  await page.keyboard.press("p");
+  await waitForView("mode", "model");
+  await settle();
+  await waitForView("surface", "complete");
+  assert.equal(await triangles(), whole, "the same view draws the same again");
+
   begin("nothing is drawn anew while nothing changes");
   const frames = await page.evaluate(async () => {
     let count = 0;
