@@ -35,14 +35,11 @@ RankedMatches Rank(std::vector<DescriptorMatch> matches, const ImageFeatures& ph
   return ranked;
 }
 
-// What the candidate's points say of the pair.
-enum class StructureVote { kNone, kVerified, kRefuted };
-
-// candidate_from_photo by the photo's pose against the candidate's points. kNone when there are too
-// few of them, or too few agree; kRefuted when hardly any agree.
-StructureVote EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& photo,
-                                    const MapImage& placed, const CityMap& map, uint64_t seed,
-                                    const PairOptions& options, Rigid3* candidate_from_photo) {
+// candidate_from_photo by the photo's pose against the candidate's points. False when there are too
+// few of them.
+bool EstimateFromStructure(const RankedMatches& ranked, const ImageFeatures& photo,
+                           const MapImage& placed, const CityMap& map, uint64_t seed,
+                           const PairOptions& options, Rigid3* candidate_from_photo) {
   std::vector<Eigen::Vector2d> x;
   std::vector<Eigen::Vector3d> points;
   for (size_t i = 0; i < ranked.matches.size(); ++i) {
@@ -52,30 +49,27 @@ StructureVote EstimateFromStructure(const RankedMatches& ranked, const ImageFeat
     x.push_back(ranked.x_photo[i]);
     points.push_back(point->position);
   }
-  if (x.size() < options.structure_count_min) return StructureVote::kNone;
+  if (x.size() < options.structure_count_min) return false;
   const Resection resection = Resect(x, points, photo.camera.focal_px(), seed, options.structure);
-  if (resection.inliers.size() < options.structure_inliers_min) return StructureVote::kRefuted;
-  if (resection.outcome != ResectionOutcome::kPlaced) return StructureVote::kNone;
+  if (resection.outcome != ResectionOutcome::kPlaced) return false;
   *candidate_from_photo = placed.cam_from_world * resection.cam_from_world.Inverse();
   const double baseline = candidate_from_photo->translation.norm();
-  if (!(baseline > 0)) return StructureVote::kNone;
+  if (!(baseline > 0)) return false;
   candidate_from_photo->translation /= baseline;
-  return StructureVote::kVerified;
+  return true;
 }
 
-// The geometry of the pair: by the candidate's points where there are enough of them, otherwise, and
-// where these leave it open, by the five-point algorithm.
+// The geometry of the pair: by the candidate's points where there are enough of them, otherwise by
+// the five-point algorithm.
 TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo,
                          const ImageFeatures& candidate, const CityMap& map, uint64_t seed,
                          const PairOptions& options) {
   const double focal_px = std::min(photo.camera.focal_px(), candidate.camera.focal_px());
   const double distance_max = options.two_view.error_px_max / focal_px;
   Rigid3 candidate_from_photo;
-  const StructureVote vote = map.HasImage(candidate.id)
-                                 ? EstimateFromStructure(ranked, photo, map.image(candidate.id),
-                                                         map, seed, options, &candidate_from_photo)
-                                 : StructureVote::kNone;
-  if (vote == StructureVote::kVerified) {
+  if (map.HasImage(candidate.id) &&
+      EstimateFromStructure(ranked, photo, map.image(candidate.id), map, seed, options,
+                            &candidate_from_photo)) {
     TwoViewGeometry geometry;
     geometry.b_from_a =
         RefineTwoView(candidate_from_photo, ranked.x_photo, ranked.x_candidate, 0.5 * distance_max);
@@ -90,10 +84,7 @@ TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo
       return geometry;
     }
   }
-  TwoViewOptions two_view = options.two_view;
-  if (vote == StructureVote::kRefuted)
-    two_view.samples_hopeless = std::min(two_view.samples_hopeless, options.samples_refuted);
-  return EstimateTwoView(ranked.x_photo, ranked.x_candidate, focal_px, seed, two_view);
+  return EstimateTwoView(ranked.x_photo, ranked.x_candidate, focal_px, seed, options.two_view);
 }
 
 // The record of a verified pair, with a < b and matches ascending in a.
@@ -128,7 +119,6 @@ Status PairOptions::Check() const {
       .AboveUpTo("ratio_max", ratio_max, 0, 1)
       .AtLeast("distinct_count_min", distinct_count_min, 1)
       .AtLeast("structure_count_min", structure_count_min, 4)
-      .Between("structure_inliers_min", structure_inliers_min, 0, structure_count_min)
       .status();
 }
 

@@ -25,14 +25,6 @@ struct PairOptions {
   // >= 4. From so many matches with points on, P3P takes the place of the five-point algorithm.
   // Chosen by hand; not measured.
   uint32_t structure_count_min = 40;
-  // [0, structure_count_min]. Where fewer of these agree with the best pose, they refute the pair.
-  // Chosen by hand.
-  uint32_t structure_inliers_min = 10;
-  // Takes the place of TwoViewOptions::samples_hopeless where that is more and the points refute
-  // the pair. In a city of 2,131 photos four of 1,197 such pairs were verified; but on a loop of
-  // 150 photos seven of eight that were verified were right, by most of their matches, and the
-  // points wrong.
-  uint32_t samples_refuted = 25;
 
   Status Check() const;
 };

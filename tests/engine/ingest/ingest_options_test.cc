@@ -146,8 +146,6 @@ std::vector<Violation> AllViolations() {
       [](O& o) { o.neighbors.pair.distinct_count_min = 0; });
   add("neighbors.pair.structure_count_min is 3",
       [](O& o) { o.neighbors.pair.structure_count_min = 3; });
-  add("neighbors.pair.structure_inliers_min is 41",
-      [](O& o) { o.neighbors.pair.structure_inliers_min = 41; });
   add("neighbors.pair.two_view.", [](O& o) { o.neighbors.pair.two_view.error_px_max = 0; });
   add("map_images_max is 0", [](O& o) { o.map_images_max = 0; });
   add("feature_cache_bytes is 0", [](O& o) { o.feature_cache_bytes = 0; });
