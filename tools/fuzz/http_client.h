@@ -9,6 +9,8 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <string>
 #include <string_view>
 
@@ -23,9 +25,13 @@ class HttpClient final {
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    Expect(socket_ >= 0 &&
-               connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof(address)) == 0,
-           "the daemon can be reached");
+    Expect(socket_ >= 0, "there is a socket");
+    // libFuzzer's own timer may interrupt it, and it goes on all the same.
+    int error = 0;
+    if (connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof(address)) != 0)
+      error = errno == EINTR && Wait(POLLOUT, kHangMs) != 0 ? ErrorOfSocket() : errno;
+    if (error != 0) std::fprintf(stderr, "%s\n", std::strerror(error));
+    Expect(error == 0, "the daemon can be reached");
   }
   ~HttpClient() { close(socket_); }
   HttpClient(const HttpClient&) = delete;
@@ -91,6 +97,11 @@ class HttpClient final {
       count = poll(&asked, 1, ms);
     } while (count < 0 && errno == EINTR);
     return count > 0 ? asked.revents : 0;
+  }
+  int ErrorOfSocket() const {
+    int error = 0;
+    socklen_t size = sizeof(error);
+    return getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size) == 0 ? error : errno;
   }
   void Receive() {
     char bytes[16 << 10];
