@@ -116,6 +116,7 @@ layout.onInsets = (right, bottom) => view?.setInsets(right, bottom);
 layout.fit();
 
 let selected: number | null = null;
+let erasing: number | null = null; // not asked about any more
 let cameFrom: Element | null = null; // what had the focus when a photo was selected
 
 function makeView(): CityView | null {
@@ -219,6 +220,7 @@ async function setHidden(id: number, isHidden: boolean): Promise<void> {
 
 async function erase(id: number, why: string): Promise<void> {
   status.tell(t("erasing"));
+  erasing = id;
   try {
     const answer = await api.send<Removal>("/v1/removals", { photos: [`#${id}`], why });
     if (selected === id) deselect();
@@ -228,6 +230,8 @@ async function erase(id: number, why: string): Promise<void> {
     city.readSoon();
   } catch (error) {
     tell(error);
+  } finally {
+    erasing = null;
   }
 }
 
@@ -266,7 +270,7 @@ document.addEventListener("keydown", (event) => {
 });
 
 city.onChange(() => {
-  if (selected !== null) void showDetails(selected);
+  if (selected !== null && selected !== erasing) void showDetails(selected);
 });
 
 function onEntry(entry: JournalEntry): void {
