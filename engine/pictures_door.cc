@@ -5,6 +5,7 @@
 #include "engine/parts.h"
 #include "engine/photo/thumbnail.h"
 #include "engine/query/city_answers.h"
+#include "engine/query/even_order.h"
 #include "engine/query/find_image.h"
 #include "engine/query/living.h"
 #include "engine/query/photo_search.h"
@@ -110,6 +111,8 @@ Result<PointCloud> Questions::Points(ReconstructionId id) const {
         }
         return true;
       }));
+  cloud.positions = InEvenOrder(cloud.positions);
+  cloud.rgb = InEvenOrder(cloud.rgb);
   return cloud;
 }
 

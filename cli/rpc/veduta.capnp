@@ -125,7 +125,8 @@ interface Examination extends(PhotoSink) {
 
 interface PointReader {
   # The next points: at most `count`, and at most 4,096 (0: as many), none at the end. 16 bytes
-  # each, little-endian: x, y, z in the world as 32-bit floats; red, green, blue (sRGB), 0.
+  # each, little-endian: x, y, z in the world as 32-bit floats; red, green, blue (sRGB), 0. Those
+  # that come first are an even sample of all.
   next @0 (count :UInt32) -> (points :Data);
 }
 

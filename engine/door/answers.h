@@ -161,7 +161,7 @@ struct ListedImage {
   std::optional<PlainPose> cam_from_world;
 };
 
-// The sparse points of a reconstruction; as many positions as colours.
+// The sparse points, as many positions as colours; each beginning is an even sample of them.
 struct PointCloud {
   uint64_t geometry_version = 0;
   std::vector<std::array<float, 3>> positions;  // world

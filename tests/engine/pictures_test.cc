@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <set>
+#include <vector>
 
 #include "engine/camera/photo_decoder.h"
+#include "engine/parts.h"
+#include "engine/query/even_order.h"
 #include "tests/engine/street_fixture.h"
 
 namespace veduta {
@@ -95,6 +98,20 @@ TEST_F(Pictures, PointsAreThoseOfTheReconstruction) {
   EXPECT_EQ(cloud->geometry_version, living->front().geometry_version);
   const std::set<std::array<float, 3>> different(cloud->positions.begin(), cloud->positions.end());
   EXPECT_GT(different.size(), cloud->positions.size() / 2);
+  // Their beginning is an even sample.
+  std::vector<std::array<float, 3>> stored;
+  const auto snapshot = city_.parts().database->GetSnapshot();
+  const auto record = snapshot->GetReconstruction(living->front().id);
+  ASSERT_OK(record);
+  ASSERT_OK(snapshot->ScanPointBlocks(record->id, record->points_generation,
+                                      [&](const PointBlock& block) {
+                                        for (const PointRecord& point : block.points) {
+                                          const Eigen::Vector3f x = point.position.cast<float>();
+                                          stored.push_back({x.x(), x.y(), x.z()});
+                                        }
+                                        return true;
+                                      }));
+  EXPECT_EQ(cloud->positions, InEvenOrder(stored));
   EXPECT_EQ(ask.Points(ReconstructionId(99)).status().code(), StatusCode::kNotFound);
 }
 

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-# What serving and drawing a large surface takes: a made-up one in a small city, asked for over HTTP
-# as a viewer does, and drawn by the page in Debian's chromium without a graphics card.
-# usage: tools/bench/tiles.py BUILD [--triangles 5000000]
+# What serving and drawing a large surface and many points takes: made-up ones in a small city,
+# asked for over HTTP as a viewer does, drawn by the page in Debian's chromium without a
+# graphics card.
+# usage: tools/bench/tiles.py BUILD [--triangles 5000000] [--points 0]
 #   BUILD: a build folder with veduta, veduta-street and veduta-bench-tiles
 import argparse
 import http.client
@@ -58,7 +59,12 @@ class Daemon:
         self.process.wait()
 
 
-def make_city(build, folder, triangles):
+def tell_memory(daemon):
+    print(f'memory {kilobytes(daemon.process, "VmRSS") / 1e3:.0f} MB, at most '
+          f'{kilobytes(daemon.process, "VmHWM") / 1e3:.0f} MB', flush=True)
+
+
+def make_city(build, folder, triangles, points):
     veduta = os.path.join(build, 'cli', 'veduta')
     street = os.path.join(build, 'tools', 'render', 'street', 'veduta-street')
     run = lambda *command: subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
@@ -70,7 +76,7 @@ def make_city(build, folder, triangles):
     run(veduta, 'add', db, '--camera', 'c', os.path.join(folder, 'street', 'photos'))
     start = time.monotonic()
     subprocess.run([os.path.join(build, 'tools', 'bench', 'tiles', 'veduta-bench-tiles'), db,
-                    '--triangles', str(triangles)], check=True)
+                    '--triangles', str(triangles), '--points', str(points)], check=True)
     print(f'stored in {time.monotonic() - start:.1f} s', flush=True)
     return veduta, db
 
@@ -94,8 +100,11 @@ def measure_daemon(veduta, db):
             size = sum(len(body) for _, body in answers)
             print(f'{len(answers)} {what}: {told([s for s, _ in answers])}, '
                   f'{size / len(answers) / 1e3:.0f} kB each')
-        print(f'memory {kilobytes(daemon.process, "VmRSS") / 1e3:.0f} MB, at most '
-              f'{kilobytes(daemon.process, "VmHWM") / 1e3:.0f} MB', flush=True)
+        tell_memory(daemon)
+        for _ in range(3):
+            seconds, body = get(daemon.host, f'/v1/reconstructions/{reconstruction}/points')
+            print(f'{len(body) // 16} points: {seconds:.2f} s, {len(body) / 1e6:.1f} MB')
+            tell_memory(daemon)
 
 
 def measure_page(build, veduta, db):
@@ -113,10 +122,11 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument('build')
     parser.add_argument('--triangles', type=int, default=5_000_000)
+    parser.add_argument('--points', type=int, default=0)
     arguments = parser.parse_args()
     folder = tempfile.mkdtemp(prefix='veduta_tiles_')
     try:
-        veduta, db = make_city(arguments.build, folder, arguments.triangles)
+        veduta, db = make_city(arguments.build, folder, arguments.triangles, arguments.points)
         measure_daemon(veduta, db)
         measure_page(arguments.build, veduta, db)
     finally:

@@ -7,8 +7,7 @@
 //   data-selected               the number of the selected photo, or ""
 //   data-marker-x, -y           where the selected photo's pyramid is drawn, in CSS px of the
 //                               element; "" where it is not in sight
-//   data-mode                   "model", or "plan", or "photo" while the view stands in a photo's
-//                               pose
+//   data-mode                   "model", "plan", or "photo" while the view stands in its pose
 //   data-triangles, data-tiles  how many of the surface the last frame drew
 //   data-surface                "none", "loading", or "complete" where the surface is drawn as fine
 //                               as the view needs it
@@ -28,12 +27,14 @@ import {
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { PlacedPhoto } from "./answers";
 import { CameraMarks, type MarkColors } from "./camera_marks";
+import { cssColor, readMarkColors } from "./css_colors";
 import { fly, type Pose } from "./flight";
 import type { Layers } from "./layer_switch";
 import { depthBefore, PhotoPlane, type Pinhole } from "./photo_plane";
 import { Plan } from "./plan";
 import type { PlanLegend } from "./plan_legend";
 import type { PointCloud } from "./point_cloud";
+import { PointPace } from "./point_pace";
 import type { SurfaceLayer } from "./surface_layer";
 import { VIEW_RADIUS, worldFromCam, type Placing } from "./upright";
 
@@ -60,6 +61,7 @@ export class CityView {
   private readonly controls: OrbitControls;
   private readonly plan: Plan;
   private isFromAbove = false; // the plan is chosen; a photo goes before it
+  private readonly pace: PointPace;
   private points: PointCloud | null = null;
   private marks: CameraMarks | null = null;
   private plane: PhotoPlane | null = null;
@@ -68,7 +70,7 @@ export class CityView {
   private latest: Placing | null = null; // how it would, by the latest points and cameras
   private selected: number | null = null;
   private neighbors: ReadonlySet<number> = new Set();
-  private colors: MarkColors = readColors();
+  private colors: MarkColors = readMarkColors();
   private insetRight = 0; // px that panels cover
   private insetBottom = 0;
   private frame = 0;
@@ -88,6 +90,7 @@ export class CityView {
     ColorManagement.enabled = false; // colours of photos go to the screen as they are
     this.renderer = new WebGLRenderer({ antialias: true, powerPreference: "high-performance" });
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
+    this.pace = new PointPace(this.renderer.getContext() as WebGL2RenderingContext);
     this.scene.add(this.world);
     this.world.add(surface.object);
     const canvas = this.renderer.domElement;
@@ -129,6 +132,12 @@ export class CityView {
     this.element.dataset.points = String(points.count);
     this.element.dataset.cameras = String(photos.length);
     this.requestRender();
+  }
+
+  // More of the points that are shown have come.
+  grow(): void {
+    this.element.dataset.points = String(this.points?.count ?? 0);
+    this.moved();
   }
 
   select(id: number | null, neighbors: ReadonlySet<number>): void {
@@ -357,7 +366,7 @@ export class CityView {
   }
 
   private recolor(): void {
-    this.colors = readColors();
+    this.colors = readMarkColors();
     this.scene.background = new Color(cssColor("--view"));
     this.marks?.paint(this.colors, this.selected, this.neighbors);
     this.requestRender();
@@ -365,12 +374,18 @@ export class CityView {
 
   private moved(): void {
     this.isMoving = true;
+    this.awaitStillness();
+    this.requestRender();
+  }
+
+  // A frame that takes longer is no sign that nobody moves the view.
+  private awaitStillness(): void {
     clearTimeout(this.stillTimer);
     this.stillTimer = window.setTimeout(() => {
+      if (this.pace.isPending) return this.awaitStillness();
       this.isMoving = false;
       this.requestRender();
     }, STILL_MS);
-    this.requestRender();
   }
 
   requestRender(): void {
@@ -380,12 +395,14 @@ export class CityView {
   private render(): void {
     cancelAnimationFrame(this.frame);
     this.frame = 0;
+    const began = performance.now();
     const { width, height } = this.size();
-    const drawn = this.choosePoints();
     this.chooseSurface(width, height);
+    const drawn = this.choosePoints();
     // The pyramid that the view stands in would frame the photo, and others hide it.
     if (this.marks) this.marks.object.visible = !this.isInPhoto;
     this.renderer.render(this.scene, this.drawnCamera);
+    this.pace.measure(drawn, began);
     this.tellScale();
     const at =
       this.selected === null || !this.marks
@@ -408,7 +425,9 @@ export class CityView {
     if (!this.points) return 0;
     const isSeen = !this.surface.exists || this.drawnLayers !== "surface";
     this.points.object.visible = isSeen;
-    return isSeen ? this.points.choose(this.isMoving) : 0;
+    // While tiles come, each of them is a reason to draw.
+    const isBusy = this.isMoving || this.element.dataset.surface === "loading";
+    return isSeen ? this.points.choose(this.pace.countMax(isBusy)) : 0;
   }
 
   private chooseSurface(width: number, height: number): void {
@@ -478,16 +497,4 @@ export class CityView {
     this.moved();
     return true;
   }
-}
-
-function cssColor(name: string): string {
-  return getComputedStyle(document.documentElement).getPropertyValue(name).trim() || "#888888";
-}
-
-function readColors(): MarkColors {
-  return {
-    camera: new Color(cssColor("--camera")),
-    selected: new Color(cssColor("--selected")),
-    neighbor: new Color(cssColor("--neighbor")),
-  };
 }

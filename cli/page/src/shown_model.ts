@@ -8,6 +8,10 @@ import { PointCloud } from "./point_cloud";
 import type { SurfaceLayer } from "./surface_layer";
 import { placingOf } from "./upright";
 
+const SHOWN_COUNT_MIN = 100_000; // fewer are shown when all are there
+const SHOW_MS = 300; // from one time that more points are shown to the next
+const DRAW_MS = 20; // more than from one frame to the next
+
 export class ShownModel {
   private chosen: number | null = null; // what the next turn is to show
   private id: number | null = null; // what is to be shown; its points may still be on their way
@@ -79,18 +83,47 @@ export class ShownModel {
   private async draw(wanted: Reconstruction, view: CityView): Promise<void> {
     const version = `${wanted.id} ${wanted.geometry_version} ${wanted.points}`;
     if (version !== this.pointsOf || !this.points) {
-      const response = await this.api.request(`/v1/reconstructions/${wanted.id}/points`);
-      this.points = new PointCloud(await whole(() => response.arrayBuffer()));
+      const points = await this.read(wanted, view);
+      if (!points) return;
+      this.points = points;
       this.pointsOf = version;
     }
-    // Another one was chosen while the points came.
-    if (this.chosen !== null && this.chosen !== wanted.id) return;
-    const photos = this.city.photos.filter(isPlaced).filter((p) => p.reconstruction === wanted.id);
-    const placing = placingOf(wanted.id, photos, this.points.positions, this.city.georeference);
-    view.show(this.points, photos, placing, this.drawn === wanted.id);
-    this.drawn = wanted.id;
+    this.put(wanted, this.points, view);
     // Nobody waits for it: it comes piece by piece.
     this.surface.show(wanted.triangles > 0 ? wanted.id : null).catch(this.onError);
+  }
+
+  // Where nothing of the reconstruction is shown yet, the first points are shown before the others
+  // have come. Null: another one was chosen meanwhile.
+  private async read(wanted: Reconstruction, view: CityView): Promise<PointCloud | null> {
+    const response = await this.api.request(`/v1/reconstructions/${wanted.id}/points`);
+    const reader = response.body?.getReader();
+    if (!reader) throw new Error("no body");
+    const points = new PointCloud(wanted.points);
+    const isNew = this.drawn !== wanted.id;
+    let shown = 0; // when it was shown last, by performance.now()
+    for (;;) {
+      const { done, value } = await whole(() => reader.read());
+      if (this.chosen !== null && this.chosen !== wanted.id) {
+        await reader.cancel();
+        return null;
+      }
+      if (done) return points;
+      points.append(value);
+      if (!isNew || points.count < SHOWN_COUNT_MIN || performance.now() < shown + SHOW_MS) continue;
+      if (shown === 0) this.put(wanted, points, view);
+      view.grow();
+      // What has come already would be read before anything is drawn.
+      await new Promise((resolve) => setTimeout(resolve, DRAW_MS));
+      shown = performance.now();
+    }
+  }
+
+  private put(wanted: Reconstruction, points: PointCloud, view: CityView): void {
+    const photos = this.city.photos.filter(isPlaced).filter((p) => p.reconstruction === wanted.id);
+    const placing = placingOf(wanted.id, photos, points.positions, this.city.georeference);
+    view.show(points, photos, placing, this.drawn === wanted.id);
+    this.drawn = wanted.id;
   }
 
   // Nothing has a pose, or nothing has any more: photos that were removed must not stay in sight.
@@ -99,7 +132,7 @@ export class ShownModel {
     this.onShown(null);
     if (this.drawn === null) return;
     this.drawn = null;
-    this.points = new PointCloud(new ArrayBuffer(0));
+    this.points = new PointCloud(0);
     this.pointsOf = "";
     const placing = placingOf(0, [], this.points.positions, this.city.georeference);
     this.view?.show(this.points, [], placing, false);

@@ -24,6 +24,7 @@ export async function openBrowser(base, chromium) {
       "--lang=en-US",
       "--disable-dev-shm-usage",
     ],
+    protocolTimeout: 10 * WAIT_MS, // a frame of a large city may take seconds
     defaultViewport: DESKTOP,
   });
   const complaints = [];

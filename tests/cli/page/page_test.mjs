@@ -392,6 +392,49 @@ async function testLooks() {
   }
 }
 
+// In place of the daemon's points, many that come in two parts, the second one when it is asked for;
+// the first part ends within a point.
+async function testManyPoints() {
+  begin("many points are shown before all of them have come");
+  const [first, all] = [150_000, 400_000];
+  await page.setViewport(DESKTOP);
+  const script = await page.evaluateOnNewDocument(
+    (early, count) => {
+      const bytes = new Uint8Array(16 * count);
+      const view = new DataView(bytes.buffer);
+      for (let i = 0; i < count; ++i) {
+        for (let k = 0; k < 3; ++k) view.setFloat32(16 * i + 4 * k, Math.random() - 0.5, true);
+        bytes.set([i % 251, i % 241, i % 239], 16 * i + 12);
+      }
+      const asked = window.fetch;
+      window.fetch = (path, ...rest) => {
+        if (!String(path).endsWith("/points")) return asked(path, ...rest);
+        const body = new ReadableStream({
+          start(parts) {
+            parts.enqueue(bytes.slice(0, 16 * early + 7));
+            window.goOn = () => {
+              parts.enqueue(bytes.slice(16 * early + 7));
+              parts.close();
+            };
+          },
+        });
+        return Promise.resolve(new Response(body));
+      };
+    },
+    first,
+    all,
+  );
+  await page.goto(base, { waitUntil: "load" });
+  await waitForView("points", String(first));
+  await settle(1000);
+  assert.equal(Number(await viewData("drawn")), first, "what has come is drawn");
+  assert.ok(Number(await viewData("cameras")) > 0, "with the cameras");
+  await page.evaluate(() => window.goOn());
+  await waitForView("points", String(all));
+  await waitForView("drawn", String(all));
+  await page.removeScriptToEvaluateOnNewDocument(script.identifier);
+}
+
 try {
   await testLoading();
   const id = await testPhotoPanel();
@@ -402,6 +445,7 @@ try {
   await testUpload();
   await testLanguage();
   await testLooks();
+  await testManyPoints();
   begin("nothing was complained about");
   assert.deepEqual(await page.evaluate(() => window.violations), [], "the policy was violated");
   assert.deepEqual(complaints, [], "the browser complained");

@@ -43,21 +43,32 @@ const shoot = async (name) => {
   if (outFolder) await page.screenshot({ path: join(outFolder, `${name}.png`) });
 };
 const drawn = async () =>
-  `${await viewData(page, "triangles")} triangles in ${await viewData(page, "tiles")} tiles`;
+  `${await viewData(page, "triangles")} triangles in ${await viewData(page, "tiles")} tiles, ` +
+  `${await viewData(page, "drawn")} points`;
 
 try {
   const start = Date.now();
   const seconds = () => ((Date.now() - start) / 1000).toFixed(1);
   await page.goto(base, { waitUntil: "load" });
-  await page.waitForFunction(() => Number(document.querySelector("#view")?.dataset.points) > 0, {
-    polling: 20,
-  });
-  const points = seconds();
+  const first = await page.waitForFunction(
+    () => {
+      const count = Number(document.querySelector("#view")?.dataset.points);
+      return count > 0 ? [count, (performance.now() / 1000).toFixed(1)] : null;
+    },
+    { polling: 20 },
+  );
+  const points = (await first.jsonValue()).join(" points after ") + " s";
   await page.waitForFunction(
     () => Number(document.querySelector("#view")?.dataset.triangles) > 0,
     { polling: 20 },
   );
-  console.log(`  points after ${points} s, some of the surface after ${seconds()} s`);
+  console.log(`  ${points}, some of the surface after ${seconds()} s`);
+  await page.waitForFunction(
+    (count) => Number(document.querySelector("#view").dataset.points) === count,
+    { polling: 20 },
+    await page.evaluate(async () => (await (await fetch("/v1/reconstructions")).json())[0].points),
+  );
+  console.log(`  all points after ${seconds()} s`);
   await waitForView(page, "surface", "complete");
   console.log(`  as fine as the view needs it after ${seconds()} s: ${await drawn()}`);
   await settle();

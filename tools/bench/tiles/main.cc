@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gives the largest reconstruction of a database a made-up surface instead of the one that it has:
-// hills over a square of tiles, in the records that a dense pass writes.
-//   veduta-bench-tiles DB --triangles 5000000 --extent 8
+// hills over a square of tiles, in the records that a dense pass writes; and made-up points on
+// these hills beside its own, in the records that the mapper writes. No image observes them: the
+// database is for serving and drawing alone.
+//   veduta-bench-tiles DB --triangles 5000000 --points 5000000 --extent 8
 #include <CLI/CLI.hpp>
 
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "engine/parts.h"
 #include "engine/query/living.h"
@@ -19,7 +23,7 @@ namespace {
 constexpr uint32_t kTrianglesOfTile = 2 * kTileSide * kTileSide;
 
 // Voxels above the lowest of the tiles of z 0, within one of these.
-double HeightAt(int32_t x, int32_t y) {
+double HeightAt(double x, double y) {
   return 32 + 18 * std::sin(x / 61.0) * std::cos(y / 47.0) + 6 * std::sin(x / 9.0 + y / 13.0);
 }
 
@@ -86,13 +90,13 @@ void PutTile(ReconstructionId id, const GridPlace& place, double voxel_size,
                                    std::vector<uint8_t>(piece.keys.size(), 3)));
 }
 
-Status Fill(const std::string& path, uint64_t triangles, double extent) {
-  VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<Engine> engine, Engine::Open(path));
-  Writer& writer = *EngineParts::Of(*engine).writer;
-  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, LargestLiving(*writer.GetSnapshot()));
-  const auto side =
-      static_cast<int32_t>(std::ceil(std::sqrt(static_cast<double>(triangles) / kTrianglesOfTile)));
-  const double voxel_size = extent / (side * kTileSide);
+struct Square {
+  int32_t side = 0;       // tiles
+  double voxel_size = 0;  // in the reconstruction's unit
+};
+
+Status FillSurface(Writer& writer, const ReconstructionRecord& record, const Square& square) {
+  const auto [side, voxel_size] = square;
   for (int32_t x = -side / 2; x < side - side / 2; ++x) {
     Writer::Turn turn = writer.Take();
     const auto transaction = turn.database().BeginTransaction();
@@ -109,20 +113,82 @@ Status Fill(const std::string& path, uint64_t triangles, double extent) {
   return Status::Ok();
 }
 
+// A point that looks as the surface does below it, seen by the block's home and by `other`.
+PointRecord PointOnHills(const PointBlock& block, ImageId other, const Square& square,
+                         std::mt19937_64* random) {
+  const double half = 0.5 * square.side * kTileSide;  // voxels
+  std::uniform_real_distribution<double> place(-half, half);
+  const double x = place(*random), y = place(*random), height = HeightAt(x, y);
+  PointRecord point;
+  point.id = {block.home, block.next_ordinal};
+  point.position = square.voxel_size * Eigen::Vector3d(x, y, height);
+  point.rgb = {static_cast<uint8_t>(90 + 2 * height),
+               static_cast<uint8_t>(120 + 60 * std::sin(x / 100.0)),
+               static_cast<uint8_t>(120 + 60 * std::sin(y / 130.0))};
+  point.error_px = 0.5F;
+  point.track = {{std::min(block.home, other), 0}, {std::max(block.home, other), 0}};
+  return point;
+}
+
+// One commit per block, so that no more than one is in memory.
+Status FillPoints(Writer& writer, ReconstructionRecord record, uint64_t points,
+                  const Square& square) {
+  std::vector<PointBlock> blocks;
+  VEDUTA_RETURN_IF_ERROR(writer.GetSnapshot()->ScanPointBlocks(record.id, record.points_generation,
+                                                               [&](const PointBlock& block) {
+                                                                 blocks.push_back(block);
+                                                                 return true;
+                                                               }));
+  if (blocks.size() < 2) return Status::InvalidArgument("two images with points are needed");
+  std::mt19937_64 random(1);
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    PointBlock& block = blocks[i];
+    const ImageId other = blocks[i == 0 ? 1 : 0].home;
+    const uint64_t count = points * (i + 1) / blocks.size() - points * i / blocks.size();
+    for (uint64_t k = 0; k < count; ++k, ++block.next_ordinal)
+      block.points.push_back(PointOnHills(block, other, square, &random));
+    record.point_count += count;
+    record.observation_count += 2 * count;
+    record.reprojection_error_px_sum += 0.5 * 2 * static_cast<double>(count);
+    Writer::Turn turn = writer.Take();
+    const auto transaction = turn.database().BeginTransaction();
+    transaction->PutPointBlock(record.id, record.points_generation, block);
+    transaction->PutReconstruction(record);
+    VEDUTA_RETURN_IF_ERROR(transaction->Commit());
+    block.points = {};
+  }
+  std::printf("%llu points in %zu blocks\n", static_cast<unsigned long long>(record.point_count),
+              blocks.size());
+  return Status::Ok();
+}
+
+Status Fill(const std::string& path, uint64_t triangles, uint64_t points, double extent) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::unique_ptr<Engine> engine, Engine::Open(path));
+  Writer& writer = *EngineParts::Of(*engine).writer;
+  VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record, LargestLiving(*writer.GetSnapshot()));
+  Square square;
+  square.side =
+      static_cast<int32_t>(std::ceil(std::sqrt(static_cast<double>(triangles) / kTrianglesOfTile)));
+  square.voxel_size = extent / (square.side * kTileSide);
+  VEDUTA_RETURN_IF_ERROR(FillSurface(writer, record, square));
+  return points == 0 ? Status::Ok() : FillPoints(writer, record, points, square);
+}
+
 }  // namespace
 }  // namespace veduta::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Gives a reconstruction a made-up surface.");
+  CLI::App app("Gives a reconstruction a made-up surface and made-up points.");
   std::string path;
-  uint64_t triangles = 5'000'000;
+  uint64_t triangles = 5'000'000, points = 0;
   double extent = 8;
   app.add_option("DB", path, "The database")->required();
   app.add_option("--triangles", triangles, "At least so many")->check(CLI::Range(1, 1'000'000'000));
+  app.add_option("--points", points, "So many beside its own")->check(CLI::Range(0, 100'000'000));
   app.add_option("--extent", extent, "Side of the square, in the reconstruction's unit")
       ->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
-  const veduta::Status filled = veduta::bench::Fill(path, triangles, extent);
+  const veduta::Status filled = veduta::bench::Fill(path, triangles, points, extent);
   if (!filled.ok()) std::fprintf(stderr, "%s\n", filled.message().c_str());
   return filled.ok() ? 0 : 1;
 }
