@@ -5,8 +5,8 @@ const COUNT_FIRST = 500_000;
 // So many are drawn whatever else takes how long, while the view moves and while it is still.
 const MOVING_COUNT_MIN = 50_000;
 const STILL_COUNT_MIN = 500_000;
-// So long a frame may take while the view moves, and while it is still. Chosen by hand: at 20 frames
-// a second one still sees what one does, and a still view must not keep one waiting.
+// So long a frame may take while the view moves, and while it is still. Chosen by hand: at 20
+// frames a second one still sees what one does, and a still view must not keep one waiting.
 const MOVING_MS = 50;
 const STILL_MS = 1_000;
 const LOOK_MS = 4; // how often it looks whether a frame is done
