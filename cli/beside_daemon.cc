@@ -282,6 +282,13 @@ Result<GeoreferenceAnswer> GeoreferenceBeside(DaemonClient* daemon,
   GeoreferenceAnswer brought;
   brought.points_read = json.value("points_read", 0u);
   brought.unknown_photos = json.value("unknown_photos", std::vector<std::string>());
+  if (const Json told = json.value("coordinates", Json()); told.is_object()) {
+    GroundCoordinates& coordinates = brought.coordinates.emplace();
+    coordinates.name = told.value("name", std::string());
+    coordinates.operation = told.value("operation", std::string());
+    const Json accuracy_m = told.value("accuracy_m", Json());
+    if (accuracy_m.is_number()) coordinates.accuracy_m = accuracy_m.get<double>();
+  }
   return brought;
 }
 

@@ -45,6 +45,18 @@ int AddCamera(const CameraArguments& arguments) {
   return AddTo(arguments.db, arguments.name, {*model, "given on the command line", {}});
 }
 
+// Of a camera whose focal length photos have told; nothing of one that a person has named.
+std::string VersionText(const CameraAnswer& camera) {
+  std::string text;
+  if (camera.version > 1) text += "; version " + std::to_string(camera.version);
+  if (camera.focal_stddev_share) {
+    char share[32];
+    std::snprintf(share, sizeof(share), "%.2g", 100 * *camera.focal_stddev_share);
+    text += "; its focal length to " + std::string(share) + " % now";
+  }
+  return text;
+}
+
 int ListCameras(const CameraArguments& arguments) {
   const auto engine = OpenToRead(arguments.db);
   if (!engine.ok()) return Fail(engine.status());
@@ -55,9 +67,9 @@ int ListCameras(const CameraArguments& arguments) {
     return kDone;
   }
   for (const CameraAnswer& camera : *cameras) {
-    PrintLine("%s  %s  %s  (%s)", Printable(camera.name).c_str(),
+    PrintLine("%s  %s  %s  (%s%s)", Printable(camera.name).c_str(),
               CameraSizeText(camera.model).c_str(), CameraParamsText(camera.model).c_str(),
-              Printable(camera.source).c_str());
+              Printable(camera.source).c_str(), VersionText(camera).c_str());
   }
   return kDone;
 }

@@ -31,14 +31,15 @@ void PrintModel(const ExportedModel& model) {
 // undistorted, and the photos are not.
 Status WarnOfLenses(const Questions& ask) {
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraAnswer> cameras, ask.Cameras());
-  for (const auto& [id, name, model, source] : cameras) {
+  for (const CameraAnswer& camera : cameras) {
+    const CameraModel& model = camera.model;
     const bool is_distorted = model.k1 != 0 || model.k2 != 0;
     if (!is_distorted || (model.u0 == model.cx && model.v0 == model.cy)) continue;
     std::fprintf(stderr,
                  "veduta: warning: COLMAP cannot express the lens of camera '%s', so the model has "
                  "it undistorted, and the photos are not: to work with these, too, export with "
                  "--format colmap-undistorted\n",
-                 Printable(name).c_str());
+                 Printable(camera.name).c_str());
   }
   return Status::Ok();
 }

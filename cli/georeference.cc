@@ -6,7 +6,6 @@
 #include "cli/beside_daemon.h"
 #include "cli/command.h"
 #include "cli/wire/earth_json.h"
-#include "engine/door/ground_coordinates.h"
 
 namespace veduta {
 namespace {
@@ -80,21 +79,6 @@ void WarnOfDatum(const GroundCoordinates& coordinates, double deviation_m) {
                Printable(coordinates.name).c_str(), Printable(coordinates.operation).c_str(), text);
 }
 
-Json CoordinatesJson(const GroundCoordinates& coordinates) {
-  const auto& accuracy_m = coordinates.accuracy_m;
-  return {{"name", coordinates.name},
-          {"operation", coordinates.operation},
-          {"accuracy_m", accuracy_m ? Json(*accuracy_m) : Json(nullptr)}};
-}
-
-// Of the file that was taken in; none of a pipe, which can be read once only.
-std::optional<GroundCoordinates> CoordinatesOf(const GeoreferenceRequest& request) {
-  if (request.ground_points_path.empty()) return std::nullopt;
-  Result<GroundCoordinates> read = ReadGroundCoordinates(request.ground_points_path);
-  if (!read.ok()) return std::nullopt;
-  return std::move(*read);
-}
-
 // Where surveyed points were read and no reconstruction has a place after that: what to look at.
 void TellWhyNowhere(const std::vector<GroundPointAnswer>& points) {
   constexpr long kPointsMin = 3;  // that must agree before a place is published
@@ -147,6 +131,7 @@ Result<GeoreferenceAnswer> Answer(const GeoreferenceArguments& arguments) {
   VEDUTA_ASSIGN_OR_RETURN(GeoreferenceAnswer answer, engine->Ask().Georeference());
   answer.points_read = brought.points_read;
   answer.unknown_photos = std::move(brought.unknown_photos);
+  answer.coordinates = std::move(brought.coordinates);
   return answer;
 }
 
@@ -158,17 +143,15 @@ int Georeference(const GeoreferenceArguments& arguments) {
         stderr, "veduta: %s\n",
         ("the city has no photo '" + Printable(photo) + "': its lines are left out").c_str());
   }
-  const auto coordinates = CoordinatesOf(arguments.request);
-  if (coordinates) WarnOfDatum(*coordinates, arguments.request.ground_deviation_m);
+  if (answer->coordinates)
+    WarnOfDatum(*answer->coordinates, arguments.request.ground_deviation_m);
   const bool is_nowhere = answer->points_read > 0 &&
                           std::ranges::none_of(answer->reconstructions, &EarthAnswer::is_known);
   if (is_nowhere) TellWhyNowhere(answer->ground_points);
   // The file says what the city cannot be told: what else it says is taken in.
   const int exit_code = answer->unknown_photos.empty() && !is_nowhere ? kDone : kNotDone;
   if (arguments.json) {
-    Json json = ToJson(*answer);
-    json["coordinates"] = coordinates ? CoordinatesJson(*coordinates) : Json(nullptr);
-    PrintJson(json);
+    PrintJson(ToJson(*answer));
     return exit_code;
   }
   for (const EarthAnswer& earth : answer->reconstructions) PrintEarth(earth);

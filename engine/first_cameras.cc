@@ -55,13 +55,6 @@ ContentHash ListOf(std::span<const PhotoFacts> facts) {
   return hasher.Finish();
 }
 
-// Whether two photos say the same focal length, or one of them says none. Some phones write a
-// digital zoom into the 35 mm equivalent alone.
-bool IsToldAlike(double a_share, double b_share) {
-  if (a_share == 0 || b_share == 0) return true;
-  return std::max(a_share, b_share) <= kToldTimesMax * std::min(a_share, b_share);
-}
-
 // By what the photos say of themselves, otherwise by their size and their 35 mm equivalent: who
 // sends photos together that tell nothing has mostly taken them with one camera. In the order of
 // their first photos. A photo whose camera is known already, or that cannot be read, is in none.
@@ -103,10 +96,7 @@ std::string NameOf(const Group& group, const Calibration& made,
                                  ? group.name
                                  : "photos of " + std::to_string(made.model.width_px) + "x" +
                                        std::to_string(made.model.height_px);
-  std::string name = wanted;
-  for (uint32_t number = 2; taken.contains(name);)
-    name = wanted + " (" + std::to_string(number++) + ")";
-  return name;
+  return NumberedName(wanted, [&](const std::string& name) { return taken.contains(name); });
 }
 
 // What photos say of the camera of a group, and whether it does.
@@ -164,6 +154,8 @@ Result<std::vector<FirstCamera>> Store(EngineParts* parts, std::span<const Judge
     for (const size_t i : one.group->photos) awaited->photos.push_back(facts[i].hash);
     awaited->list = list;
     camera.awaited = awaited;
+    camera.told_focal_share = one.group->focal_share;
+    camera.focal_stddev_share = first.focal_stddev_share;
     PutNewCamera(camera, &state, transaction.get());
   }
   if (names.size() == known.size()) return stored;  // none is known

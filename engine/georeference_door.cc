@@ -27,18 +27,18 @@ std::string FileOf(const GeoreferenceRequest& request) {
   return request.ground_points_path.empty() ? "the surveyed points" : request.ground_points_path;
 }
 
-// None where no file is given.
-Result<GroundFile> ReadFileOf(const GeoreferenceRequest& request) {
+// Nothing where no file is given.
+Result<std::optional<GroundFile>> ReadFileOf(const GeoreferenceRequest& request) {
   std::string text;
   if (request.ground_points) {
     text = *request.ground_points;
   } else if (!request.ground_points_path.empty()) {
     VEDUTA_ASSIGN_OR_RETURN(text, ReadWholeFile(request.ground_points_path, kFileBytesMax));
   } else {
-    return GroundFile();
+    return std::optional<GroundFile>();
   }
   Result<GroundFile> file = ParseGroundPoints(text);
-  if (file.ok()) return file;
+  if (file.ok()) return std::optional(std::move(*file));
   return Status(file.status().code(), FileOf(request) + ": " + file.status().message());
 }
 
@@ -98,23 +98,17 @@ Status GeoreferenceRequest::Check() const {
   return OptionBounds().FiniteAbove("ground_deviation_m", ground_deviation_m, 0).status();
 }
 
-Result<GroundCoordinates> ReadGroundCoordinates(const std::string& path) {
-  GeoreferenceRequest request;
-  request.ground_points_path = path;
-  VEDUTA_ASSIGN_OR_RETURN(GroundFile file, ReadFileOf(request));
-  return std::move(file.coordinates);
-}
-
 Result<GeoreferenceAnswer> Engine::Georeference(const GeoreferenceRequest& request) {
   VEDUTA_RETURN_IF_ERROR(request.Check());
-  VEDUTA_ASSIGN_OR_RETURN(const GroundFile file, ReadFileOf(request));
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<GroundFile> file, ReadFileOf(request));
+  const std::vector<GroundLine> lines = file ? file->lines : std::vector<GroundLine>();
   std::vector<std::string> unknown_photos;
   size_t read = 0;
   {
     Writer::Turn turn = parts_->writer->Take();
     WriteScope scope = BeginWrite(&turn.database());
     VEDUTA_ASSIGN_OR_RETURN(auto points,
-                            PointsOf(request, file.lines, *scope.base, &unknown_photos));
+                            PointsOf(request, lines, *scope.base, &unknown_photos));
     read = points.size();
     if (!request.forget_ground_points) {
       VEDUTA_ASSIGN_OR_RETURN(std::vector<GroundPoint> stored, scope.base->ListGroundPoints());
@@ -128,6 +122,7 @@ Result<GeoreferenceAnswer> Engine::Georeference(const GeoreferenceRequest& reque
                           GeoreferenceOf(*parts_->database->GetSnapshot()));
   answer.points_read = static_cast<uint32_t>(read);
   answer.unknown_photos = std::move(unknown_photos);
+  if (file) answer.coordinates = file->coordinates;
   return answer;
 }
 

@@ -148,7 +148,7 @@ Result<CameraAnswer> Questions::Camera(const std::string& name) const {
     return veduta::Status::NotFound("there is no camera '" + name + "'");
   }
   VEDUTA_ASSIGN_OR_RETURN(CameraRecord record, FindCamera(*view_->snapshot, name));
-  return CameraAnswer{record.id, std::move(record.name), record.model, std::move(record.source)};
+  return CameraAnswerOf(std::move(record));
 }
 
 Result<VocabularyAnswer> Questions::Vocabulary() const {

@@ -79,19 +79,23 @@ Result<EstimatedUnnamed> EstimateUnnamedCamera(EngineParts* parts, const PhotoSo
   const LocalizationParts localization{
       parts->database->GetSnapshot(), &caches->retrieval, &caches->features, parts->pool.get(),
       parts->tuning.ingest,           &caches->unsure};
-  Result<LocalizedPhoto> localized = LocalizeUnknown(localization, *parts->preparer, photo);
+  EstimatedUnnamed estimated;
+  Result<LocalizedPhoto> localized =
+      LocalizeUnknown(localization, *parts->preparer, photo, &estimated.camera);
   if (!localized.ok()) {  // of this photo alone, as far as anybody knows: nothing was written
     LocalizedPhoto failed;
     failed.name = photo.name;
     failed.failure = localized.status();
     return NoCamera(std::move(failed));
   }
+  estimated.outcome.times = localized->times;
+  if (estimated.camera) return estimated;
   if (!localized->camera) return NoCamera(std::move(*localized));
   const EstimatedCamera& camera = *localized->camera;
-  EstimatedUnnamed estimated;
   estimated.camera = CameraRecord{{}, {}, camera.model, SourceOf(camera), true};
+  estimated.camera->told_focal_share = facts.focal_share.value_or(0);
+  estimated.camera->focal_stddev_share = camera.focal_stddev_share;
   if (camera.focal_stddev_share <= kSettledShareMax) estimated.camera->name = facts.camera_group;
-  estimated.outcome.times = localized->times;
   return estimated;
 }
 

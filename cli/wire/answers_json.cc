@@ -223,7 +223,10 @@ Json ToJson(const CameraAnswer& camera) {
           {"name", camera.name},
           {"size", CameraSizeText(camera.model)},
           {"params", CameraParamsText(camera.model)},
-          {"source", camera.source}};
+          {"source", camera.source},
+          {"version", camera.version},
+          {"focal_stddev_share",
+           camera.focal_stddev_share ? Json(*camera.focal_stddev_share) : Json(nullptr)}};
 }
 
 Json ToJson(const VocabularyAnswer& vocabulary) {

@@ -26,6 +26,13 @@ Json PositionOfGeoPose(const EarthPose& pose) {
           {"h", pose.position.height_m}};
 }
 
+Json ToJson(const GroundCoordinates& coordinates) {
+  const auto& accuracy_m = coordinates.accuracy_m;
+  return {{"name", coordinates.name},
+          {"operation", coordinates.operation},
+          {"accuracy_m", accuracy_m ? Json(*accuracy_m) : Json(nullptr)}};
+}
+
 Json ToJson(const GroundSighting& sighting) {
   return {{"id", sighting.image.value}, {"x", sighting.x_px}, {"y", sighting.y_px}};
 }
@@ -36,7 +43,8 @@ Json ToJson(const GpsFix& fix) {
   return {{"latitude", fix.latitude_deg},
           {"longitude", fix.longitude_deg},
           {"height", fix.height_m ? Json(*fix.height_m) : Json(nullptr)},
-          {"accuracy_m", fix.accuracy_m > 0 ? Json(fix.accuracy_m) : Json(nullptr)}};
+          {"accuracy_m", fix.accuracy_m > 0 ? Json(fix.accuracy_m) : Json(nullptr)},
+          {"heading_deg", fix.heading_deg ? Json(*fix.heading_deg) : Json(nullptr)}};
 }
 
 Json ToJson(const TakenTime& taken) {
@@ -97,6 +105,7 @@ Json ToJson(const GroundPointAnswer& ground) {
 
 Json ToJson(const GeoreferenceAnswer& answer) {
   return {{"points_read", answer.points_read},
+          {"coordinates", answer.coordinates ? ToJson(*answer.coordinates) : Json(nullptr)},
           {"unknown_photos", answer.unknown_photos},
           {"reconstructions", veduta::ToJson(answer.reconstructions)},
           {"ground_points", veduta::ToJson(answer.ground_points)}};

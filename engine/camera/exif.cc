@@ -203,10 +203,25 @@ std::optional<GpsFix> PositionOf(const Exiv2::ExifData& data) {
   return fix;
 }
 
+// By the true north. Compasses show the magnetic one, which lies up to 20 degrees off where people
+// live, and nothing here knows by how much.
+std::optional<double> HeadingOf(const Exiv2::ExifData& data) {
+  if (TextOf(data, "Exif.GPSInfo.GPSImgDirectionRef") != "T") return std::nullopt;
+  const auto found = data.findKey(Exiv2::ExifKey("Exif.GPSInfo.GPSImgDirection"));
+  if (found == data.end() || found->count() != 1) return std::nullopt;
+  const auto [above, below] = RationalAt(*found, 0);
+  if (above < 0 || below <= 0) return std::nullopt;
+  const double heading_deg = static_cast<double>(above) / static_cast<double>(below);
+  if (heading_deg > 360) return std::nullopt;
+  return heading_deg == 360 ? 0 : heading_deg;
+}
+
 std::optional<GpsFix> GpsOf(const Exiv2::ExifData& data) {
   if (!IsNearWgs84(TextOf(data, "Exif.GPSInfo.GPSMapDatum"))) return std::nullopt;
   if (IsOffByMore(data, kNumberMax)) return std::nullopt;
-  return PositionOf(data);
+  std::optional<GpsFix> fix = PositionOf(data);
+  if (fix) fix->heading_deg = HeadingOf(data);
+  return fix;
 }
 
 // The numbers of a text of this shape, where # is a digit; nothing for any other text.
@@ -276,6 +291,10 @@ void PutGps(Exiv2::ExifData* data, const GpsFix& fix) {
   PutDegrees(data, "Exif.GPSInfo.GPSLatitude", std::abs(fix.latitude_deg));
   PutDegrees(data, "Exif.GPSInfo.GPSLongitude", std::abs(fix.longitude_deg));
   PutNumber(data, "Exif.GPSInfo.GPSHPositioningError", fix.accuracy_m);
+  if (fix.heading_deg) {
+    (*data)["Exif.GPSInfo.GPSImgDirectionRef"] = "T";
+    (*data)["Exif.GPSInfo.GPSImgDirection"] = RationalOf(*fix.heading_deg, 1'000'000);
+  }
   if (!fix.height_m) return;
   const Exiv2::byte side = *fix.height_m < 0 ? 1 : 0;
   const Exiv2::DataValue below(&side, 1, Exiv2::littleEndian, Exiv2::unsignedByte);
@@ -341,8 +360,11 @@ std::optional<GpsFix> ReadExifGps(std::span<const uint8_t> exif) {
 }
 
 bool HoldsExifGps(std::span<const uint8_t> exif, const GpsFix& fix) {
-  return ReadExif(exif, false,
-                  [&](const Exiv2::ExifData& data) { return PositionOf(data) == fix; });
+  return ReadExif(exif, false, [&](const Exiv2::ExifData& data) {
+    std::optional<GpsFix> held = PositionOf(data);
+    if (held && fix.heading_deg) held->heading_deg = HeadingOf(data);
+    return held == fix;
+  });
 }
 
 std::optional<TakenTime> ReadExifTaken(std::span<const uint8_t> exif) {

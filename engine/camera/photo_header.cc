@@ -245,6 +245,7 @@ PhotoHeader ReadHeifHeader(Bytes bytes) {
   if (header.stored_size.empty())
     return Unreadable(PhotoFormat::kHeif, "the HEIF's header declares no pixels");
   header.exif = file.Exif();
+  header.sensor_orientation = OrientationFromTags(ReadTiffTags(header.exif));
   return header;
 }
 
@@ -268,7 +269,13 @@ const char* MediaTypeOf(PhotoFormat format) {
   return "application/octet-stream";
 }
 
-PhotoHeader ReadPhotoHeader(Bytes bytes) {
+Bytes ExifOf(const PhotoHeader& header, Bytes photo) {
+  return header.format == PhotoFormat::kTiff ? photo : Bytes(header.exif);
+}
+
+namespace {
+
+PhotoHeader ReadAnyHeader(Bytes bytes) {
   if (StartsWith(bytes, "\xFF\xD8\xFF")) return ReadJpegHeader(bytes);
   if (StartsWith(bytes, kPngSignature)) return ReadPngHeader(bytes);
   if (StartsWith(bytes, std::string_view("II*\0", 4)) ||
@@ -283,6 +290,14 @@ PhotoHeader ReadPhotoHeader(Bytes bytes) {
   if (IsWebp(bytes)) return ReadWebpHeader(bytes);
   if (IsHeif(bytes)) return ReadHeifHeader(bytes);
   return Refused(PhotoFormat::kUnknown, HeaderOutcome::kUnsupportedFormat, kNoPhotoText);
+}
+
+}  // namespace
+
+PhotoHeader ReadPhotoHeader(Bytes bytes) {
+  PhotoHeader header = ReadAnyHeader(bytes);
+  if (header.format != PhotoFormat::kHeif) header.sensor_orientation = header.orientation;
+  return header;
 }
 
 }  // namespace veduta

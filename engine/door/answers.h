@@ -223,6 +223,10 @@ struct CameraAnswer {
   std::string name;
   CameraModel model;
   std::string source;
+  uint32_t version = 1;  // grows each time that its intrinsics are refined; the journal has each
+  // Standard deviation of the focal length over itself; nothing where it is not told, and of a
+  // camera that a person has named.
+  std::optional<double> focal_stddev_share;
 };
 
 struct VocabularyAnswer {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/door/ground_coordinates.h"
 #include "storage/base/ids.h"
 #include "storage/base/status.h"
 #include "storage/model/geo.h"
@@ -76,6 +77,7 @@ struct GeoreferenceRequest {
 
 struct GeoreferenceAnswer {
   uint32_t points_read = 0;                      // of the file
+  std::optional<GroundCoordinates> coordinates;  // of the file; nothing where none was read
   std::vector<std::string> unknown_photos;       // which the file names, and the city does not hold
   std::vector<EarthAnswer> reconstructions;      // living ones, largest first, then ascending ids
   std::vector<GroundPointAnswer> ground_points;  // all that are stored; ascending names

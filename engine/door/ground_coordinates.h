@@ -5,8 +5,6 @@
 #include <optional>
 #include <string>
 
-#include "storage/base/status.h"
-
 namespace veduta {
 
 // What the coordinates of a file of surveyed points are, and what brings them to WGS 84.
@@ -17,9 +15,5 @@ struct GroundCoordinates {
   // stay as exact as they are. 0 where the datum stays; nothing where PROJ does not know.
   std::optional<double> accuracy_m;
 };
-
-// Reads the whole file (GeoreferenceRequest::ground_points_path) and no database.
-// kInvalidArgument names what is wrong in it; kNotFound or kIoError where it cannot be read.
-Result<GroundCoordinates> ReadGroundCoordinates(const std::string& path);
 
 }  // namespace veduta

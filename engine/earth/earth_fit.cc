@@ -35,6 +35,11 @@ constexpr double kOpenHeightDeviation = 30,
                  kOpenHeightInformation = 1 / (kOpenHeightDeviation * kOpenHeightDeviation);
 // Deviations above this tell nothing of the common error of a group, metres.
 constexpr double kToldDeviationMax = 300;
+// Standard deviations of what compasses of a group have in common, and of each photo besides; and
+// how level a camera must look to have a heading. Chosen by hand; not measured.
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kCompassDeviation = 10 * kDegree, kHeadingDeviation = 15 * kDegree;
+constexpr double kLevelShareMin = 0.3;
 // The median of a squared standard normal error.
 constexpr double kMedianSquare = 0.4549;
 
@@ -98,7 +103,10 @@ struct Misfit {
 // The similarity is fitted together with the errors that anchors have in common.
 class Fitter {
  public:
-  Fitter(std::span<const EarthAnchor> anchors, const UpDirection& up) : anchors_(anchors), up_(up) {
+  Fitter(std::span<const EarthAnchor> anchors, std::span<const EarthHeading> headings,
+         const UpDirection& up)
+      : anchors_(anchors), up_(up) {
+    for (const EarthHeading& heading : headings) compasses_[heading.group].push_back(heading);
     for (const EarthAnchor& anchor : anchors) {
       if (anchor.group == 0) continue;
       Group& group = groups_[anchor.group];
@@ -133,6 +141,10 @@ class Fitter {
       const Eigen::Vector2d error = (anchor.enu_m - s * anchor.world).head<2>();
       const double deviation = std::hypot(anchor.deviation_m.head<2>().maxCoeff(), slack_m);
       sum += std::log1p(error.squaredNorm() / (deviation * deviation));
+    }
+    for (const auto& [group, headings] : compasses_) {
+      const Compass compass = Read(headings, s);
+      sum += std::log1p(compass.squared());
     }
     return sum;
   }
@@ -177,11 +189,10 @@ class Fitter {
     const double excess = std::max(alone.Excess(), in_groups.Excess());
     fit.covariance = excess * Matrix8(solver.solve(Matrix8::Identity())).topLeftCorner<7, 7>();
     if (!fit.covariance.allFinite()) return std::nullopt;
-    constexpr double kDegrees = 180 / std::numbers::pi;
     const auto& c = fit.covariance;
     fit.scale_deviation = std::sqrt(c(0, 0));
-    fit.tilt_deviation_deg = kDegrees * std::sqrt(c(1, 1) + c(2, 2));
-    fit.heading_deviation_deg = kDegrees * std::sqrt(c(3, 3));
+    fit.tilt_deviation_deg = std::sqrt(c(1, 1) + c(2, 2)) / kDegree;
+    fit.heading_deviation_deg = std::sqrt(c(3, 3)) / kDegree;
     fit.position_deviation_m = std::sqrt(c(4, 4) + c(5, 5) + c(6, 6));
     return fit;
   }
@@ -195,6 +206,29 @@ class Fitter {
     Eigen::Vector3d information, gradient;
     Eigen::Matrix<double, 8, 3> mixed;
   };
+
+  // By how much headings of a group are told farther to the right than a similarity has them, rad,
+  // and how exactly they tell it, per rad^2; 0 where no camera looks level enough.
+  struct Compass {
+    double error = 0, information = 0;
+    double squared() const { return error * error * information; }
+  };
+
+  static Compass Read(std::span<const EarthHeading> headings, const Sim3& s) {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    size_t count = 0;
+    for (const EarthHeading& heading : headings) {
+      const Eigen::Vector3d forward = s.rotation * heading.forward;
+      if (forward.head<2>().norm() < kLevelShareMin) continue;
+      const double error = kDegree * heading.heading_deg - std::atan2(forward.x(), forward.y());
+      sum += Eigen::Vector2d(std::cos(error), std::sin(error));
+      ++count;
+    }
+    if (count == 0) return {};
+    const double variance = kCompassDeviation * kCompassDeviation +
+                            kHeadingDeviation * kHeadingDeviation / static_cast<double>(count);
+    return {std::atan2(sum.y(), sum.x()), 1 / variance};
+  }
 
   Eigen::Vector3d CommonErrorOf(const EarthAnchor& anchor) const {
     Eigen::Vector3d error = Eigen::Vector3d::Zero();
@@ -266,6 +300,8 @@ class Fitter {
     for (const auto& [id, group] : groups_) {
       cost += kSquare * std::log1p(SquaredErrorOf(group) / kSquare) + 3 * std::log(group_variance_);
     }
+    for (const auto& [group, headings] : compasses_)
+      cost += kSquare * std::log1p(Read(headings, s).squared() / kSquare);
     return cost + open_height_ * open_height_ * kOpenHeightInformation;
   }
 
@@ -286,6 +322,7 @@ class Fitter {
     }
     for (const EarthAnchor& anchor : anchors_) AddAnchor(anchor, s, widening);
     AddUp(s, widening);
+    AddHeadings(s, widening);
     for (auto& [id, group] : groups_) {
       const Eigen::Vector3d inverse = InverseOf(group.information);
       normal_ -= group.mixed * inverse.asDiagonal() * group.mixed.transpose();
@@ -340,7 +377,18 @@ class Fitter {
     gradient_.segment<3>(1) += j.transpose() * information * error;
   }
 
+  // Turning all to the left makes headings smaller.
+  void AddHeadings(const Sim3& s, double widening) {
+    for (const auto& [group, headings] : compasses_) {
+      const Compass compass = Read(headings, s);
+      const double information = WeightOf(compass.squared(), widening) * compass.information;
+      normal_(3, 3) += information;
+      gradient_[3] -= information * compass.error;
+    }
+  }
+
   const std::span<const EarthAnchor> anchors_;
+  std::map<uint32_t, std::vector<EarthHeading>> compasses_;  // by group
   const UpDirection up_;
   std::map<uint32_t, Group> groups_;
   double group_variance_ = 1;  // over what the groups say
@@ -376,6 +424,7 @@ double ExtentOf(std::span<const EarthAnchor> anchors) {
 }  // namespace
 
 std::optional<EarthFit> FitEarth(std::span<const EarthAnchor> anchors,
+                                 std::span<const EarthHeading> headings,
                                  std::span<const UpDirection> up) {
   if (anchors.size() < 3) return std::nullopt;
   const double slack_m = kTiltShare * ExtentOf(anchors);
@@ -383,7 +432,7 @@ std::optional<EarthFit> FitEarth(std::span<const EarthAnchor> anchors,
   std::optional<EarthFit> best;
   double best_cost = std::numeric_limits<double>::infinity();
   for (const UpDirection& direction : up) {
-    Fitter fitter(anchors, direction);
+    Fitter fitter(anchors, headings, direction);
     std::optional<Sim3> first;
     double first_score = std::numeric_limits<double>::infinity();
     for (const auto& [a, b] : pairs) {

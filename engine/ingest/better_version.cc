@@ -40,18 +40,30 @@ uint32_t CountSeen(const MapImage& image, std::span<const FeatureMatch> counterp
       counterparts, [&](const FeatureMatch& match) { return image.points[match.a].valid(); }));
 }
 
+// The same camera's pose when its pixels are stored in another orientation.
+Rigid3 TurnedPose(const Rigid3& cam_from_world, int orientation, int other_orientation) {
+  const Eigen::Matrix3d turn = UprightCamFromStoredCam(other_orientation).transpose() *
+                               UprightCamFromStoredCam(orientation);
+  return Rigid3{Eigen::Quaterniond(turn), Eigen::Vector3d::Zero()} * cam_from_world;
+}
+
 // False where too few points are left.
 Result<bool> ExchangeInMap(const IngestParts& parts, const WriteScope& scope,
-                           const ImageFeatures& stored, const CameraModel& stored_camera,
-                           const BetterVersion& better) {
+                           const ImageRecord& record, const ImageFeatures& stored,
+                           const CameraModel& stored_camera, const BetterVersion& better) {
   MapLoader loader(scope.base, parts.features, parts.map, parts.pool);
   VEDUTA_RETURN_IF_ERROR(loader.LoadToUnplace(stored.id));
   const std::vector<FeatureMatch> counterparts = FindCounterparts(
-      {stored_camera, *stored.features}, {better.camera, *better.features.features});
+      {stored_camera, *stored.features, record.orientation},
+      {better.camera, *better.features.features, better.record.orientation});
   if (CountSeen(parts.map->image(stored.id), counterparts) < parts.options.mapper.observations_min)
     return false;
   MapImage with = UnplacedImage(better.features);
   with.id = stored.id;
+  if (record.orientation != better.record.orientation) {
+    parts.map->SetPose(stored.id, TurnedPose(parts.map->image(stored.id).cam_from_world,
+                                             record.orientation, better.record.orientation));
+  }
   parts.map->ExchangePicture(std::move(with), counterparts);
   VEDUTA_RETURN_IF_ERROR(WriteChangedLocally(*parts.map, *scope.base, scope.transaction.get()));
   return true;
@@ -125,9 +137,8 @@ Status AppendTries(const IngestParts& parts, const Snapshot& snapshot, ImageId i
 }  // namespace
 
 bool IsLarger(const ImageRecord& record, const ImageRecord& stored) {
-  const auto turns = [](const ImageRecord& image) { return std::max<int>(1, image.orientation); };
-  return turns(record) == turns(stored) && uint64_t{record.width_px} * record.height_px >
-                                               uint64_t{stored.width_px} * stored.height_px;
+  return uint64_t{record.width_px} * record.height_px >
+         uint64_t{stored.width_px} * stored.height_px;
 }
 
 Result<bool> ShowsWhatIsFilled(const Snapshot& snapshot, const ImageRecord& record,
@@ -148,7 +159,7 @@ Result<bool> TakeBetterVersion(const IngestParts& parts, const ImageRecord& stor
   VEDUTA_ASSIGN_OR_RETURN(const auto features, parts.features->Get(base, stored.id));
   if (pose) {
     VEDUTA_ASSIGN_OR_RETURN(const bool is_exchanged,
-                            ExchangeInMap(parts, scope, *features, camera.model, better));
+                            ExchangeInMap(parts, scope, stored, *features, camera.model, better));
     if (!is_exchanged) return false;
   }
   const ImageRecord record = ExchangedRecord(stored, better.record);

@@ -22,8 +22,7 @@ struct BetterVersion {
   const std::vector<uint8_t>* original = nullptr;  // what its private areas were filled in
 };
 
-// Whether it has more pixels, and its camera has it the same way round, so that the pose is the
-// same.
+// Whether it has more pixels.
 bool IsLarger(const ImageRecord& record, const ImageRecord& stored);
 
 // Whether private areas are filled in the stored photo, and none are in the larger copy, which

@@ -54,6 +54,8 @@ struct DoubtedImage {
 struct RefinedLens {
   CameraId camera;
   double factor = 1;
+  // Standard deviation of the focal length over itself; 0 where the photos do not tell it.
+  double stddev_share = 0;
 };
 
 // What becomes of a reconstruction that is not believed any more as it is.

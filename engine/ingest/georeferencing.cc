@@ -38,6 +38,7 @@ struct Told {
     uint32_t contributor = 0;  // counted from 1
   };
   std::vector<Fix> fixes;
+  std::vector<EarthHeading> headings;
   std::span<const GroundPoint> points;
   std::vector<SeenGroundPoint> seen;
 };
@@ -60,6 +61,11 @@ Result<Told> WhatIsTold(const Snapshot& snapshot, ReconstructionId reconstructio
     const auto next = static_cast<uint32_t>(contributors.size() + 1);
     const uint32_t contributor = contributors.try_emplace(image->contributor, next).first->second;
     told.fixes.push_back({pose.cam_from_world.Center(), *image->gps, contributor});
+    if (image->gps->heading_deg) {
+      const Eigen::Vector3d forward =
+          pose.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+      told.headings.push_back({forward, *image->gps->heading_deg, contributor});
+    }
     return true;
   }));
   VEDUTA_RETURN_IF_ERROR(inner);
@@ -152,10 +158,10 @@ std::optional<EarthPlace> FindPlace(const Told& told, const Georeference& before
   place.origin = OriginFor(told, before);
   const LocalFrame frame(place.origin);
   const std::vector<UpDirection> up = FindUp(told.cams);
-  std::optional<EarthFit> fit = FitEarth(AnchorsOf(told, frame, 0), up);
+  std::optional<EarthFit> fit = FitEarth(AnchorsOf(told, frame, 0), told.headings, up);
   // How exactly a surveyed point is seen, in metres, is known only once the scale is.
   if (fit && !told.seen.empty())
-    fit = FitEarth(AnchorsOf(told, frame, fit->enu_from_world.scale), up);
+    fit = FitEarth(AnchorsOf(told, frame, fit->enu_from_world.scale), told.headings, up);
   if (!fit || !IsSure(*fit)) return std::nullopt;
   place.enu_from_world = fit->enu_from_world;
   place.pivot = fit->pivot;

@@ -20,6 +20,7 @@
 #include "engine/ingest/submaps.h"
 #include "engine/journal/camera_entry.h"
 #include "engine/journal/journal.h"
+#include "engine/photo/camera_group.h"
 #include "storage/base/memory_shortage.h"
 #include "storage/base/stopwatch.h"
 
@@ -42,14 +43,12 @@ Result<std::string> PutCameraIfNew(const CameraRecord& camera, const WriteScope&
                                    DatabaseState* state, ImageRecord* record) {
   if (camera.id.valid()) return std::string();
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraRecord> known, scope.base->ListCameras());
-  const auto is_free = [&](const std::string& name) {
-    return std::ranges::none_of(known, [&](const CameraRecord& c) { return c.name == name; });
-  };
   CameraRecord added = camera;
   added.id = record->camera = CameraId(state->next_camera++);
-  if (added.name.empty() || !is_free(added.name))
-    added.name = "estimated " + std::to_string(added.id.value);
-  while (!is_free(added.name)) added.name += "'";
+  if (added.name.empty()) added.name = "estimated " + std::to_string(added.id.value);
+  added.name = NumberedName(added.name, [&](const std::string& name) {
+    return std::ranges::count(known, name, &CameraRecord::name) > 0;
+  });
   PutNewCamera(added, state, scope.transaction.get());
   return added.name;
 }

@@ -11,6 +11,7 @@
 
 #include "engine/journal/camera_entry.h"
 #include "engine/mapping/bundle_adjustment.h"
+#include "engine/photo/camera_group.h"
 
 namespace veduta {
 namespace {
@@ -28,11 +29,6 @@ CameraModel Scaled(CameraModel model, double factor) {
   model.k1 *= factor * factor;
   model.k2 *= factor * factor * factor * factor;
   return model;
-}
-
-// What the name of a camera begins with that was kept for others, before its number.
-std::string KeptNamePrefix(const std::string& name) {
-  return name + " (";
 }
 
 // Whether the cameras differ by the focal length alone, so that features of their photos are the
@@ -78,7 +74,8 @@ Result<std::vector<CameraFamily>> ListFamilies(const Snapshot& snapshot, Reconst
     const auto [begin, end] = by_center.equal_range(center);
     const auto known = std::find_if(begin, end, [&](const auto& entry) {
       const CameraRecord& main = families[entry.second].main();
-      return camera.name.starts_with(KeptNamePrefix(main.name)) &&
+      return IsNumberedName(camera.name, main.name) &&
+             camera.told_focal_share == main.told_focal_share &&
              IsOneLens(main.model, camera.model);
     });
     const size_t family = known != end ? known->second : families.size();
@@ -104,14 +101,6 @@ Result<std::vector<CameraFamily>> ListFamilies(const Snapshot& snapshot, Reconst
   VEDUTA_RETURN_IF_ERROR(read);
   std::erase_if(families, [](const CameraFamily& family) { return family.own.empty(); });
   return families;
-}
-
-// "NAME (2)", or the next number that is free.
-std::string NextName(const std::string& name, std::span<const CameraRecord> known) {
-  for (uint32_t number = 2;; ++number) {
-    std::string next = KeptNamePrefix(name) + std::to_string(number) + ")";
-    if (std::ranges::count(known, next, &CameraRecord::name) == 0) return next;
-  }
 }
 
 // What a refinement changes of a map, to be put back to the last bit.
@@ -155,14 +144,17 @@ Result<std::vector<RefinedLens>> Refine(const MappingContext& context,
   for (const CameraFamily& family : families) {
     for (const ImageRecord& image : family.own)
       lens_of[image.id] = static_cast<uint32_t>(lenses.size());
-    lenses.push_back({family.main().id});
+    lenses.push_back({family.main().id, 1, 0});
   }
   if (lenses.empty()) return lenses;
   VEDUTA_ASSIGN_OR_RETURN(
-      const std::vector<double> factors,
+      const std::vector<LensFactor> factors,
       AdjustBundleWithLenses(context.map, images, context.map->PointsSeenBy(images), lens_of,
                              static_cast<uint32_t>(lenses.size()), context.options.global_bundle));
-  for (size_t i = 0; i < lenses.size(); ++i) lenses[i].factor = factors[i];
+  for (size_t i = 0; i < lenses.size(); ++i) {
+    lenses[i].factor = factors[i].factor;
+    lenses[i].stddev_share = factors[i].log_deviation;
+  }
   return lenses;
 }
 
@@ -180,8 +172,11 @@ void KeepForOthers(CameraFamily* family, std::vector<CameraRecord>* known, Datab
         others, [&](const CameraRecord& camera) { return !family->used.contains(camera.id); });
   }
   const bool is_new = at == others.end();
+  const auto is_taken = [&](const std::string& name) {
+    return std::ranges::count(*known, name, &CameraRecord::name) > 0;
+  };
   kept.id = is_new ? CameraId(state->next_camera++) : at->id;
-  kept.name = is_new ? NextName(kept.name, *known) : at->name;
+  kept.name = is_new ? NumberedName(kept.name, is_taken) : at->name;
   if (!is_there) PutNewCamera(kept, state, transaction);
   if (is_new) known->push_back(kept);
   for (ImageRecord& image : family->others) {
@@ -252,6 +247,8 @@ Result<std::vector<ImageId>> WriteLenses(const Snapshot& snapshot, Reconstructio
     if (family.IsShared()) KeepForOthers(&family, &known, state, transaction);
     CameraRecord refined = family.main();
     refined.model = Scaled(refined.model, lens->factor);
+    refined.focal_stddev_share = lens->stddev_share;
+    ++refined.version;
     PutNewCamera(refined, state, transaction);
     for (ImageRecord& image : family.own) {
       changed.push_back(image.id);

@@ -2,10 +2,12 @@
 #include "engine/ingest/merging.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <vector>
 
+#include "engine/ingest/far_apart.h"
 #include "engine/ingest/hypotheses.h"
 #include "engine/ingest/seam.h"
 #include "engine/ingest/seam_loop.h"
@@ -96,18 +98,24 @@ bool IsWorthRemembering(const SeamArea& seam, const LoopOptions& options) {
 }
 
 // Why the two are not believed to be one by what is proposed; nothing where they are. `text`
-// receives what speaks for and against it.
+// receives what speaks for and against it. `far_m`, where they are told to be apart on the earth: by
+// so much; only a loop can confirm it then.
 std::optional<RefusedMerge> Refuse(const CityMap& map, const SeamArea& seam, ReconstructionId own,
                                    ReconstructionId other, const std::optional<Proposal>& proposal,
-                                   const MapperOptions& options, std::string* text) {
+                                   const std::optional<double>& far_m, const MapperOptions& options,
+                                   std::string* text) {
   SeamEvidence evidence;
   RefusalReason reason = RefusalReason::kOpen;
   if (proposal) {
     evidence = JudgeSeam(map, seam, proposal->into_from, options);
     *text = evidence.Text();
     const std::optional<RefusalReason> refusal = evidence.Refusal(options.doubt);
-    if (!refusal && proposal->is_exact) return std::nullopt;
-    reason = refusal.value_or(RefusalReason::kUndetermined);
+    if (!refusal && proposal->is_exact && !far_m) return std::nullopt;
+    reason = refusal.value_or(far_m ? RefusalReason::kFarApart : RefusalReason::kUndetermined);
+    if (far_m) {
+      *text += "; their places on the earth are " + std::to_string(std::lround(*far_m)) +
+               " m from each other";
+    }
   }
   Sim3 own_from_other = proposal ? proposal->into_from : Sim3();
   if (proposal && !proposal->is_exact && !MayCloseLoop(reason)) {
@@ -184,9 +192,15 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
     outcome->refused.push_back({other, "somebody has forbidden that they are merged", {}});
     return Status::Ok();
   }
+  std::optional<double> far_m;
+  if (proposal) {
+    VEDUTA_ASSIGN_OR_RETURN(far_m,
+                            FindFarApart(context.loader->snapshot(), *context.map, seam,
+                                         outcome->into, other, proposal->into_from));
+  }
   std::string evidence;
   if (auto refused =
-          Refuse(*context.map, seam, outcome->into, other, proposal, options, &evidence)) {
+          Refuse(*context.map, seam, outcome->into, other, proposal, far_m, options, &evidence)) {
     if (refused->hypothesis->reason == RefusalReason::kOpen && !is_worth_remembering)
       return Status::Ok();
     if (!request.fresh.empty()) refused->hypothesis->image = request.fresh.front();

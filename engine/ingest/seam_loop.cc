@@ -305,7 +305,7 @@ ViewAlignmentOptions LooseAlignment(const MapperOptions& options) {
 
 bool MayCloseLoop(RefusalReason reason) {
   return reason == RefusalReason::kFewPairs || reason == RefusalReason::kUndetermined ||
-         reason == RefusalReason::kOpen;
+         reason == RefusalReason::kOpen || reason == RefusalReason::kFarApart;
 }
 
 bool MayCloseLoop(const HypothesisRecord& hypothesis) {

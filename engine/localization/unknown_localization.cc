@@ -14,6 +14,7 @@
 #include "engine/ingest/map_loader.h"
 #include "engine/ingest/neighbor_finder.h"
 #include "engine/ingest/pair_verifier.h"
+#include "engine/localization/copied_camera.h"
 #include "engine/mapping/unknown_camera.h"
 #include "engine/photo/camera_group.h"
 #include "storage/base/memory_shortage.h"
@@ -60,7 +61,9 @@ class CameraSearch final {
     options_.told_focal_share = told_focal_share;
   }
 
-  Result<FoundCamera> Run() {
+  // Where `copied` is given, it receives the camera of a stored photo's copy, and no other is
+  // sought.
+  Result<FoundCamera> Run(std::optional<CameraRecord>* copied) {
     VEDUTA_ASSIGN_OR_RETURN(const DatabaseState state, parts_.snapshot->GetState());
     // What a photo is matched by does not depend on its camera.
     CameraModel any;
@@ -76,6 +79,10 @@ class CameraSearch final {
     if (candidates.empty())
       return FoundCamera{{}, Reason::kNoCandidates, "nothing that is stored looks like it", {}};
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<Matched> matched, Match(*image, candidates));
+    if (copied != nullptr && !matched.empty()) {
+      VEDUTA_ASSIGN_OR_RETURN(*copied, FindCopied(matched.front()));
+      if (*copied) return FoundCamera{{}, Reason::kNone, "it is a copy of a stored photo", {}};
+    }
     VEDUTA_ASSIGN_OR_RETURN(FoundCamera found, Estimate(matched));
     for (const auto& [damaged, what] : damaged_) found.damaged.push_back({damaged, what});
     return found;
@@ -103,6 +110,13 @@ class CameraSearch final {
                              [](const Matched& m) { return m.matches.size(); });
     if (matched.size() > kImagesMax) matched.resize(kImagesMax);
     return matched;
+  }
+
+  // A copy has nearly all of its matches with the photo that it is of.
+  Result<std::optional<CameraRecord>> FindCopied(const Matched& best) const {
+    std::vector<FeatureMatch> matches;
+    for (const DescriptorMatch& match : best.matches) matches.push_back({match.a, match.b});
+    return FindCopiedCamera(parts_, photo_, best.image, matches);
   }
 
   // What the photo sees of each reconstruction, by the points of the images that it matches.
@@ -209,7 +223,7 @@ Result<std::optional<CameraModel>> FindStoredCamera(const Snapshot& snapshot,
 }
 
 Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPreparer& preparer,
-                                const PhotoSource& source) {
+                                const PhotoSource& source, std::optional<CameraRecord>* copied) {
   PreparedPhoto photo = preparer.Extract(source, std::nullopt);
   if (!photo.failure.ok()) return photo.failure;
   if (photo.reason != Reason::kNone) return LocalizePhoto(parts, std::move(photo), CameraModel());
@@ -233,7 +247,7 @@ Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPrepa
   }
   const double told_share = facts.focal_share.value_or(0),
                told_px = told_share * std::max(photo.width_px, photo.height_px);
-  VEDUTA_ASSIGN_OR_RETURN(FoundCamera found, CameraSearch(parts, photo, told_share).Run());
+  VEDUTA_ASSIGN_OR_RETURN(FoundCamera found, CameraSearch(parts, photo, told_share).Run(copied));
   const double search_ms = watch.LapMs();
   LocalizedPhoto localized;
   if (!found.camera) {
@@ -261,8 +275,10 @@ Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPrepa
 }  // namespace
 
 Result<LocalizedPhoto> LocalizeUnknown(const LocalizationParts& parts,
-                                       const PhotoPreparer& preparer, const PhotoSource& source) {
-  return CatchShortage("localise the photo", [&] { return Localize(parts, preparer, source); });
+                                       const PhotoPreparer& preparer, const PhotoSource& source,
+                                       std::optional<CameraRecord>* copied) {
+  return CatchShortage("localise the photo",
+                       [&] { return Localize(parts, preparer, source, copied); });
 }
 
 }  // namespace veduta

@@ -9,6 +9,7 @@
 
 #include "engine/mapping/bundle_problem.h"
 #include "engine/mapping/bundle_solver.h"
+#include "engine/mapping/lens_deviation.h"
 #include "engine/mapping/lens_solver.h"
 #include "engine/mapping/similarity.h"
 
@@ -137,24 +138,34 @@ Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_i
   return summary;
 }
 
-Result<std::vector<double>> AdjustBundleWithLenses(CityMap* map, std::span<const ImageId> images,
-                                                   std::span<const PointId> points,
-                                                   const std::map<ImageId, uint32_t>& lens_of,
-                                                   uint32_t lens_count,
-                                                   const BundleOptions& options) {
+Result<std::vector<LensFactor>> AdjustBundleWithLenses(CityMap* map,
+                                                       std::span<const ImageId> images,
+                                                       std::span<const PointId> points,
+                                                       const std::map<ImageId, uint32_t>& lens_of,
+                                                       uint32_t lens_count,
+                                                       const BundleOptions& options) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
-  std::vector<double> factors(lens_count, 1.0);
-  if (images.empty() || points.empty()) return factors;
+  std::vector<LensFactor> lenses(lens_count);
+  if (images.empty() || points.empty()) return lenses;
   VEDUTA_ASSIGN_OR_RETURN(Excerpt excerpt, MakeExcerpt(*map, images, points));
   std::vector<std::optional<uint32_t>> lens_of_place;
   for (const ImageId id : excerpt.images) {
     const auto lens = lens_of.find(id);
     lens_of_place.push_back(lens == lens_of.end() ? std::nullopt : std::optional(lens->second));
   }
-  if (!SolveWithLenses(options, lens_of_place, &excerpt.problem, factors)) return factors;
+  std::vector<double> factors(lens_count, 1.0);
+  if (!SolveWithLenses(options, lens_of_place, &excerpt.problem, factors)) return lenses;
   for (const auto& [id, lens] : lens_of) map->ScaleFocal(id, factors[lens]);
   Apply(map, points, excerpt);
-  return factors;
+  for (size_t i = 0; i < excerpt.images.size(); ++i) {
+    if (!lens_of_place[i]) continue;
+    excerpt.problem.cameras[i].fx *= factors[*lens_of_place[i]];
+    excerpt.problem.cameras[i].fy *= factors[*lens_of_place[i]];
+  }
+  const std::vector<double> deviations =
+      LensDeviations(options, lens_of_place, lens_count, excerpt.problem);
+  for (size_t i = 0; i < lenses.size(); ++i) lenses[i] = {factors[i], deviations[i]};
+  return lenses;
 }
 
 }  // namespace veduta

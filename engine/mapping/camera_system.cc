@@ -44,10 +44,10 @@ Eigen::SparseMatrix<double> SparseUpper(const BlockPattern& pattern, const Camer
   return matrix;
 }
 
-template <typename Factor>
-std::optional<Eigen::VectorXd> SolveBy(const Factor& factor, const Eigen::VectorXd& right) {
+template <typename Factor, typename Right>
+std::optional<Right> SolveBy(const Factor& factor, const Right& right) {
   if (factor.info() != Eigen::Success) return std::nullopt;
-  Eigen::VectorXd solution = factor.solve(right);
+  Right solution = factor.solve(right);
   return solution.allFinite() ? std::optional(std::move(solution)) : std::nullopt;
 }
 
@@ -116,8 +116,9 @@ SystemSolver::SystemSolver(const BlockPattern& pattern, bool is_dense) : pattern
 
 SystemSolver::~SystemSolver() = default;
 
-std::optional<Eigen::VectorXd> SystemSolver::Solve(const CameraSystem& system, double lambda) {
-  const Eigen::VectorXd right = system.right - system.gradient;
+template <typename Right>
+std::optional<Right> SystemSolver::SolveFor(const CameraSystem& system, double lambda,
+                                            const Right& right) {
   if (sparse_ == nullptr) {
     Eigen::MatrixXd matrix = DenseLower(pattern_, system);
     matrix.diagonal() += lambda * system.diagonal;
@@ -129,6 +130,16 @@ std::optional<Eigen::VectorXd> SystemSolver::Solve(const CameraSystem& system, d
   sparse_->has_order = true;
   sparse_->factor.factorize(matrix);
   return SolveBy(sparse_->factor, right);
+}
+
+std::optional<Eigen::VectorXd> SystemSolver::Solve(const CameraSystem& system, double lambda) {
+  const Eigen::VectorXd right = system.right - system.gradient;
+  return SolveFor(system, lambda, right);
+}
+
+std::optional<Eigen::MatrixXd> SystemSolver::Solve(const CameraSystem& system, double lambda,
+                                                   const Eigen::MatrixXd& right) {
+  return SolveFor(system, lambda, right);
 }
 
 }  // namespace veduta

@@ -58,9 +58,15 @@ class SystemSolver final {
   // The poses' tangents that solve the system with its diagonal damped by `lambda`. Nothing if the
   // system is not positive definite. Never prints.
   std::optional<Eigen::VectorXd> Solve(const CameraSystem& system, double lambda);
+  // The same for other right-hand sides, one for each column.
+  std::optional<Eigen::MatrixXd> Solve(const CameraSystem& system, double lambda,
+                                       const Eigen::MatrixXd& right);
 
  private:
   struct SparseFactor;
+
+  template <typename Right>
+  std::optional<Right> SolveFor(const CameraSystem& system, double lambda, const Right& right);
 
   const BlockPattern& pattern_;
   std::unique_ptr<SparseFactor> sparse_;  // null where it solves densely

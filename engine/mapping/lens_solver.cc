@@ -11,9 +11,6 @@
 namespace veduta {
 namespace {
 
-// What a focal length is drawn to where it was by, over itself. Chosen by hand: what one photo
-// tells is off by 2 % and more, and what photos in a row tell is little at first.
-constexpr double kFocalShare = 0.03;
 // The logarithm of a factor is at most so large: what goes further is no lens that is seen better.
 // Chosen by hand.
 constexpr double kLogFactorMax = 0.25;
@@ -43,7 +40,7 @@ struct ReprojectionCost {
 struct PriorCost {
   template <typename T>
   bool operator()(const T* log_factor, T* error) const {
-    *error = *log_factor / kFocalShare;
+    *error = *log_factor / kLensFocalShare;
     return true;
   }
 };

@@ -277,6 +277,21 @@ PairGeometry Classify(std::span<const Eigen::Vector2d> x_a, std::span<const Eige
   return PairGeometry::kGeneral;
 }
 
+namespace {
+
+// Matches that lie at the same place in both photos. Of these the five-point algorithm makes
+// nothing, for any translation explains them.
+std::vector<uint32_t> FindStandingStill(std::span<const Eigen::Vector2d> x_a,
+                                        std::span<const Eigen::Vector2d> x_b,
+                                        double distance_max) {
+  std::vector<uint32_t> still;
+  for (uint32_t i = 0; i < x_a.size(); ++i)
+    if ((x_a[i] - x_b[i]).norm() <= distance_max) still.push_back(i);
+  return still;
+}
+
+}  // namespace
+
 TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a,
                                 std::span<const Eigen::Vector2d> x_b, double focal_px,
                                 uint64_t seed, const TwoViewOptions& options) {
@@ -287,6 +302,15 @@ TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a,
   const uint32_t needed = std::max(
       options.inlier_count_min,
       static_cast<uint32_t>(std::ceil(options.inlier_share_min * static_cast<double>(x_a.size()))));
+  std::vector<uint32_t> still = FindStandingStill(x_a, x_b, distance_max);
+  if (still.size() >= needed && static_cast<double>(still.size()) >=
+                                    options.rotation_share_min * static_cast<double>(x_a.size())) {
+    result.outcome = TwoViewOutcome::kVerified;
+    result.geometry = PairGeometry::kRotation;
+    result.b_from_a.translation = Eigen::Vector3d::UnitZ();
+    result.inliers = std::move(still);
+    return result;
+  }
   const BestPose best = SearchPose(x_a, x_b, distance_max, needed, seed, options);
   if (best.inliers == 0) return result;
   result.b_from_a = best.b_from_a;

@@ -35,6 +35,14 @@ bool HasTakenRatio(const ExifCamera& camera, const ImageSize& size) {
   return times <= kRatioTimesMax && times * kRatioTimesMax >= 1;
 }
 
+// What its first photo told, which may be off by a fifth and more, for that of others is off alike;
+// where it told nothing, what it is.
+double ToldShareOf(const CameraRecord& camera) {
+  const CameraModel& model = camera.model;
+  return camera.told_focal_share > 0 ? camera.told_focal_share
+                                     : model.fx / std::max({model.width_px, model.height_px, 1u});
+}
+
 std::string Short(double number) {
   char text[32];
   const auto [end, error] =
@@ -59,7 +67,8 @@ std::string CameraGroupOf(const ExifCamera& camera, const PhotoHeader& header) {
   const ImageSize size = UprightSize(header.stored_size, header.orientation);
   name += ", " + std::to_string(size.width_px) + "x" + std::to_string(size.height_px);
   // The sensor's middle lies elsewhere in a photo that was turned.
-  if (header.orientation != 1) name += ", turned " + std::to_string(header.orientation);
+  if (header.sensor_orientation != 1)
+    name += ", turned " + std::to_string(header.sensor_orientation);
   return name;
 }
 
@@ -68,13 +77,34 @@ Result<std::optional<CameraRecord>> FindGroupCamera(const Snapshot& snapshot,
                                                     std::optional<double> focal_share) {
   if (group.empty()) return std::optional<CameraRecord>();
   VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraRecord> cameras, snapshot.ListCameras());
-  const auto found = std::ranges::find(cameras, group, &CameraRecord::name);
+  const auto found = std::ranges::find_if(cameras, [&](const CameraRecord& camera) {
+    return IsNumberedName(camera.name, group) &&
+           IsToldAlike(ToldShareOf(camera), focal_share.value_or(0));
+  });
   if (found == cameras.end()) return std::optional<CameraRecord>();
-  const CameraModel& model = found->model;
-  const double share = model.fx / std::max(model.width_px, model.height_px);
-  const double times = focal_share.value_or(share) / share;
-  if (!(times <= kToldTimesMax && times * kToldTimesMax >= 1)) return std::optional<CameraRecord>();
   return std::optional(std::move(*found));
+}
+
+bool IsToldAlike(double a_share, double b_share) {
+  if (a_share == 0 || b_share == 0) return true;
+  return std::max(a_share, b_share) <= kToldTimesMax * std::min(a_share, b_share);
+}
+
+std::string NumberedName(const std::string& name,
+                         const std::function<bool(const std::string& name)>& is_taken) {
+  std::string numbered = name;
+  for (uint32_t number = 2; is_taken(numbered); ++number)
+    numbered = name + " (" + std::to_string(number) + ")";
+  return numbered;
+}
+
+bool IsNumberedName(const std::string& numbered, const std::string& name) {
+  if (numbered == name) return true;
+  const std::string begin = name + " (";
+  if (!numbered.starts_with(begin) || !numbered.ends_with(')')) return false;
+  const std::string_view number =
+      std::string_view(numbered).substr(begin.size(), numbered.size() - begin.size() - 1);
+  return !number.empty() && number.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
 std::optional<double> FocalShareOf(const ExifCamera& camera, const ImageSize& size) {

@@ -2,6 +2,7 @@
 #pragma once
 // Photos that one camera took, by what they say about themselves.
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -26,8 +27,18 @@ std::string CameraGroupOf(const ExifCamera& camera, const PhotoHeader& header);
 // no photo has it (under 0.3 or over 20), or where the photo is a part of what was taken.
 std::optional<double> FocalShareOf(const ExifCamera& camera, const ImageSize& size);
 
-// The stored camera of a group; none where there is none, or the photo tells another focal length
-// (a fifth and more): some phones write a digital zoom into the 35 mm equivalent alone.
+// Whether two photos tell the same focal length, or one of them tells none (0): up to a fifth. Some
+// phones write a digital zoom into the 35 mm equivalent alone.
+bool IsToldAlike(double a_share, double b_share);
+
+// The name, or where it is taken "NAME (2)", or the next number that is free.
+std::string NumberedName(const std::string& name,
+                         const std::function<bool(const std::string& name)>& is_taken);
+// Whether it is the name, or the name with a number.
+bool IsNumberedName(const std::string& numbered, const std::string& name);
+
+// The stored camera of a group, the first one whose first photo told the same focal length as this
+// one (IsToldAlike). Nothing where there is none. O(cameras).
 Result<std::optional<CameraRecord>> FindGroupCamera(const Snapshot& snapshot,
                                                     const std::string& group,
                                                     std::optional<double> focal_share);

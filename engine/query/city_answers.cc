@@ -286,12 +286,21 @@ Result<std::vector<HypothesisAnswer>> HypothesesOf(const Snapshot& snapshot,
   return answers;
 }
 
+CameraAnswer CameraAnswerOf(CameraRecord record) {
+  CameraAnswer answer;
+  answer.id = record.id;
+  answer.name = std::move(record.name);
+  answer.model = record.model;
+  answer.source = std::move(record.source);
+  answer.version = record.version;
+  if (record.focal_stddev_share > 0) answer.focal_stddev_share = record.focal_stddev_share;
+  return answer;
+}
+
 Result<std::vector<CameraAnswer>> CamerasOf(const Snapshot& snapshot) {
   VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraRecord> records, snapshot.ListCameras());
   std::vector<CameraAnswer> cameras;
-  for (CameraRecord& record : records) {
-    cameras.push_back({record.id, std::move(record.name), record.model, std::move(record.source)});
-  }
+  for (CameraRecord& record : records) cameras.push_back(CameraAnswerOf(std::move(record)));
   return cameras;
 }
 

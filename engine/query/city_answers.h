@@ -33,6 +33,7 @@ Result<ReconstructionAnswer> ReconstructionAnswerOf(const Snapshot& snapshot,
 Result<std::vector<HypothesisAnswer>> HypothesesOf(const Snapshot& snapshot,
                                                    ReconstructionId reconstruction,
                                                    const Sight& sight = {});
+CameraAnswer CameraAnswerOf(CameraRecord record);
 Result<std::vector<CameraAnswer>> CamerasOf(const Snapshot& snapshot);
 Result<std::vector<ForbiddenAnswer>> ForbiddenOf(const Snapshot& snapshot);
 Result<std::vector<JournalAnswer>> JournalOf(const Snapshot& snapshot, uint64_t first,

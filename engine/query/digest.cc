@@ -52,6 +52,7 @@ void Add(const ImageRecord& image, ContentFeed* feed) {
   const GpsFix& gps = *image.gps;
   Add(GeoPosition{gps.latitude_deg, gps.longitude_deg, gps.height_m.value_or(0)}, feed);
   *feed << gps.height_m.has_value() << gps.accuracy_m;
+  if (gps.heading_deg) *feed << *gps.heading_deg;
 }
 
 void Add(const ReconstructionRecord& record, ContentFeed* feed) {

@@ -22,6 +22,8 @@ std::string ReasonClause(RefusalReason reason) {
       return "an adjustment has split them there";
     case RefusalReason::kOpen:
       return "pairs of photos lead across and do not say how the two lie to each other";
+    case RefusalReason::kFarApart:
+      return "their places on the earth lie far from each other";
   }
   VEDUTA_CHECK(false, "a reason that no record has: " + std::to_string(static_cast<int>(reason)));
   return "";

@@ -375,7 +375,8 @@ Result<std::string> KeyOf(const Snapshot& snapshot, const std::vector<Hypothesis
 }  // namespace
 
 bool TellsPlacesApart(RefusalReason reason) {
-  return reason == RefusalReason::kMissingStructure || reason == RefusalReason::kContradicted;
+  return reason == RefusalReason::kMissingStructure || reason == RefusalReason::kContradicted ||
+         reason == RefusalReason::kFarApart;
 }
 
 bool IsMostlyElsewhere(size_t beside, size_t elsewhere) {

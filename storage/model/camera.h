@@ -34,6 +34,12 @@ struct CameraRecord {
   bool is_refinable = false;
   // Null once these photos were added, and where there never were any.
   std::shared_ptr<const AwaitedPhotos> awaited = {};
+  // The focal length over the photo's longer side that its first photo told; 0 where it told none.
+  double told_focal_share = 0;
+  // Standard deviation of the focal length over itself; 0 where it is not known, and of a camera
+  // that a person has named.
+  double focal_stddev_share = 0;
+  uint32_t version = 1;  // grows each time that its intrinsics change
 };
 
 }  // namespace veduta

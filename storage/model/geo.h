@@ -22,6 +22,8 @@ struct GpsFix {
   double latitude_deg = 0, longitude_deg = 0;
   std::optional<double> height_m;
   double accuracy_m = 0;  // horizontal; 0 where it is not told
+  // Where the camera looked: clockwise from the true north, in [0, 360).
+  std::optional<double> heading_deg;
   bool operator==(const GpsFix&) const = default;
 };
 

@@ -24,6 +24,7 @@ enum class RefusalReason : uint8_t {
   kUndetermined = 5,      // what is seen across does not say exactly enough where the sides are
   kSplit = 6,             // they were one, and an adjustment has split them there
   kOpen = 7,              // verified pairs lead across, and no similarity follows from them
+  kFarApart = 8,          // their places on the earth lie far from each other
 };
 
 // A merge of two reconstructions that was judged and not made, or that was taken back (kSplit). The

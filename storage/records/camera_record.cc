@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/records/camera_record.h"
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -26,7 +27,9 @@ Status Check(const CameraRecord& camera) {
                       {"k1", m.k1},
                       {"k2", m.k2},
                       {"u0", m.u0},
-                      {"v0", m.v0}});
+                      {"v0", m.v0},
+                      {"told_focal_share", camera.told_focal_share},
+                      {"focal_stddev_share", camera.focal_stddev_share}});
 }
 
 Result<std::string> Encode(const CameraRecord& camera) {
@@ -48,6 +51,9 @@ Result<std::string> Encode(const CameraRecord& camera) {
     to.setU0(camera.model.u0);
     to.setV0(camera.model.v0);
     to.setIsRefinable(camera.is_refinable);
+    to.setToldFocalShare(camera.told_focal_share);
+    to.setFocalStddevShare(camera.focal_stddev_share);
+    to.setVersion(camera.version);
     if (awaited == nullptr) return;
     to.setAwaitedPhotos(AsData(awaited->photos));
     to.setAwaitedList(AsData(&awaited->list, 1));
@@ -63,6 +69,9 @@ Status Decode(std::string_view value, CameraId id, CameraRecord* camera) {
                      from.getCx(),      from.getCy(),       from.getK1(), from.getK2(),
                      from.getU0(),      from.getV0()};
     camera->is_refinable = from.getIsRefinable();
+    camera->told_focal_share = from.getToldFocalShare();
+    camera->focal_stddev_share = from.getFocalStddevShare();
+    camera->version = std::max(1u, from.getVersion());  // older programs leave it out
     const auto awaited = std::make_shared<AwaitedPhotos>();
     if (!CopyRows(from.getAwaitedPhotos(), &awaited->photos)) return BadRows("awaited_photos");
     std::vector<ContentHash> list;

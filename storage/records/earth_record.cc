@@ -103,6 +103,9 @@ Status Check(const GpsFix& fix) {
   VEDUTA_RETURN_IF_ERROR(CheckPlace(fix.latitude_deg, fix.longitude_deg, fix.height_m.value_or(0)));
   if (!(std::isfinite(fix.accuracy_m) && fix.accuracy_m >= 0))
     return Broken("accuracy_m", fix.accuracy_m, "finite and not below 0");
+  const double heading_deg = fix.heading_deg.value_or(0);
+  if (!(heading_deg >= 0 && heading_deg < 360))
+    return Broken("heading_deg", heading_deg, "in [0, 360)");
   return Status::Ok();
 }
 
@@ -112,6 +115,8 @@ void Fill(schema::Gps::Builder to, const GpsFix& fix) {
   to.setHasHeight(fix.height_m.has_value());
   to.setHeightM(fix.height_m.value_or(0));
   to.setAccuracyM(fix.accuracy_m);
+  to.setHasHeading(fix.heading_deg.has_value());
+  to.setHeadingDeg(fix.heading_deg.value_or(0));
 }
 
 GpsFix Read(schema::Gps::Reader from) {
@@ -120,6 +125,7 @@ GpsFix Read(schema::Gps::Reader from) {
   fix.longitude_deg = from.getLongitudeDeg();
   if (from.getHasHeight()) fix.height_m = from.getHeightM();
   fix.accuracy_m = from.getAccuracyM();
+  if (from.getHasHeading()) fix.heading_deg = from.getHeadingDeg();
   return fix;
 }
 

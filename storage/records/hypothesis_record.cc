@@ -53,7 +53,7 @@ Status Check(const HypothesisRecord& record) {
   VEDUTA_RETURN_IF_ERROR(CheckKey(record));
   if (record.kind != HypothesisKind::kMerge)
     return Broken("kind of a hypothesis", static_cast<int>(record.kind), "1");
-  if (record.reason < RefusalReason::kFewPairs || record.reason > RefusalReason::kOpen)
+  if (record.reason < RefusalReason::kFewPairs || record.reason > RefusalReason::kFarApart)
     return Broken("reason of a refusal", static_cast<int>(record.reason), "1 to 7");
   const Sim3& s = record.a_from_b;
   if (!(std::isfinite(s.scale) && s.scale > 0))

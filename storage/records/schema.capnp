@@ -140,6 +140,9 @@ struct Camera {
   isRefinable @12 :Bool;
   awaitedPhotos @13 :Data;  # rows: 32 bytes
   awaitedList @14 :Data;    # 32 bytes, or none
+  toldFocalShare @15 :Float64;
+  focalStddevShare @16 :Float64;
+  version @17 :UInt32;
 }
 
 struct Image {
@@ -174,6 +177,8 @@ struct Gps {
   hasHeight @2 :Bool;
   heightM @3 :Float64;
   accuracyM @4 :Float64;
+  hasHeading @5 :Bool;
+  headingDeg @6 :Float64;
 }
 
 struct GeoPosition {

@@ -130,7 +130,7 @@ TEST(UnnamedCamera, NamesThatAreTakenAreLeftAlone) {
   other.fx = 1;
   ASSERT_OK(city.engine().AddCamera("estimated 3", other, "by hand"));
   const AddOutcome outcome = city.Add({photos[0]}).front();
-  EXPECT_EQ(outcome.camera, "estimated 3'") << outcome.detail << outcome.failure.message();
+  EXPECT_EQ(outcome.camera, "estimated 3 (2)") << outcome.detail << outcome.failure.message();
 }
 
 TEST(UnnamedCamera, PhotosThatSayTheSameHaveOneAndTheOrderAloneDecides) {

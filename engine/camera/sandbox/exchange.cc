@@ -26,7 +26,8 @@ std::optional<PhotoHeader> ReadHeader(const DecoderAnswer& answer) {
   const std::optional<std::string> detail = FromExchange(answer.detail);
   if (!detail || answer.outcome > static_cast<uint32_t>(HeaderOutcome::kNoMemory) ||
       answer.format > static_cast<uint32_t>(PhotoFormat::kHeif) || answer.orientation < 1 ||
-      answer.orientation > 8 || !IsFlag(answer.has_restarts)) {
+      answer.orientation > 8 || answer.sensor_orientation < 1 || answer.sensor_orientation > 8 ||
+      !IsFlag(answer.has_restarts)) {
     return std::nullopt;
   }
   PhotoHeader header;
@@ -35,6 +36,7 @@ std::optional<PhotoHeader> ReadHeader(const DecoderAnswer& answer) {
   header.format = static_cast<PhotoFormat>(answer.format);
   header.stored_size = {answer.width_px, answer.height_px};
   header.orientation = static_cast<int>(answer.orientation);
+  header.sensor_orientation = static_cast<int>(answer.sensor_orientation);
   header.has_restarts = answer.has_restarts == 1;
   if (!IsSound(header)) return std::nullopt;
   return header;
@@ -60,15 +62,21 @@ std::optional<ExifCamera> ReadCamera(const DecoderAnswer& answer) {
 
 // Whether there is a sound one, or none.
 bool ReadGps(const DecoderAnswer& answer, std::optional<GpsFix>* gps) {
-  if (!IsFlag(answer.has_gps) || !IsFlag(answer.has_height)) return false;
+  if (!IsFlag(answer.has_gps) || !IsFlag(answer.has_height) || !IsFlag(answer.has_heading))
+    return false;
   if (answer.has_gps == 0) return true;
   if (!IsWithin(answer.latitude_deg, -90, 90) || !IsWithin(answer.longitude_deg, -180, 180) ||
       !IsWithin(answer.accuracy_m, 0, kNumberMax) ||
-      !IsWithin(answer.height_m, -kNumberMax, kNumberMax)) {
+      !IsWithin(answer.height_m, -kNumberMax, kNumberMax) ||
+      !(answer.heading_deg >= 0 && answer.heading_deg < 360)) {
     return false;
   }
-  *gps = GpsFix{answer.latitude_deg, answer.longitude_deg, std::nullopt, answer.accuracy_m};
-  if (answer.has_height == 1) (*gps)->height_m = answer.height_m;
+  GpsFix& fix = gps->emplace();
+  fix.latitude_deg = answer.latitude_deg;
+  fix.longitude_deg = answer.longitude_deg;
+  fix.accuracy_m = answer.accuracy_m;
+  if (answer.has_height == 1) fix.height_m = answer.height_m;
+  if (answer.has_heading == 1) fix.heading_deg = answer.heading_deg;
   return true;
 }
 
@@ -94,6 +102,7 @@ DecoderAnswer AnswerOf(const PhotoExamination& found) {
   answer.width_px = found.header.stored_size.width_px;
   answer.height_px = found.header.stored_size.height_px;
   answer.orientation = static_cast<uint32_t>(found.header.orientation);
+  answer.sensor_orientation = static_cast<uint32_t>(found.header.sensor_orientation);
   answer.has_restarts = found.header.has_restarts ? 1 : 0;
   answer.make = ToExchange<64>(found.camera.make);
   answer.model = ToExchange<64>(found.camera.model);
@@ -116,6 +125,8 @@ DecoderAnswer AnswerOf(const PhotoExamination& found) {
   answer.accuracy_m = found.gps->accuracy_m;
   answer.has_height = found.gps->height_m ? 1 : 0;
   answer.height_m = found.gps->height_m.value_or(0);
+  answer.has_heading = found.gps->heading_deg ? 1 : 0;
+  answer.heading_deg = found.gps->heading_deg.value_or(0);
   return answer;
 }
 

@@ -16,7 +16,7 @@
 namespace veduta {
 
 // Raise it whenever anything here changes.
-inline constexpr uint32_t kExchangeVersion = 2;
+inline constexpr uint32_t kExchangeVersion = 3;
 // The descriptor at which a decoder process finds its program.
 inline constexpr int kControlDescriptor = 3;
 
@@ -56,11 +56,12 @@ struct DecoderAnswer {
   ExchangedText<512> detail;
   // The rest is of kExamine.
   uint32_t format = 0, width_px = 0, height_px = 0, orientation = 0, has_restarts = 0;
+  uint32_t sensor_orientation = 0;
   ExchangedText<64> make, model, lens;
   double focal_mm = 0, digital_zoom = 0, focal_35mm = 0;
   uint32_t taken_width_px = 0, taken_height_px = 0;
-  uint32_t has_gps = 0, has_height = 0;
-  double latitude_deg = 0, longitude_deg = 0, height_m = 0, accuracy_m = 0;
+  uint32_t has_gps = 0, has_height = 0, has_heading = 0;
+  double latitude_deg = 0, longitude_deg = 0, height_m = 0, accuracy_m = 0, heading_deg = 0;
   uint32_t has_taken = 0, has_taken_offset = 0;
   int64_t taken_local_unix_s = 0;
   int32_t taken_offset_s = 0;

@@ -31,13 +31,15 @@ TEST(EarthJson, Pose) {
             R"("quaternion":{"x":0.5,"y":-0.5,"z":0.5,"w":0.5}})");
   ImageAnswer image;
   image.on_earth = SomeEarthPose();
-  image.gps = GpsFix{47.5, 15.25, 351.5, 4.5};
+  image.gps = GpsFix{47.5, 15.25, 351.5, 4.5, 90.5};
   EXPECT_EQ(JsonLine(ToJson(image)["on_earth"]), kEarthPose);
   EXPECT_EQ(JsonLine(PoseJson(image)["on_earth"]), kEarthPose);
   EXPECT_EQ(JsonLine(ToJson(image)["gps"]),
-            R"({"latitude":47.5,"longitude":15.25,"height":351.5,"accuracy_m":4.5})");
-  EXPECT_EQ(JsonLine(ToJson(GpsFix{47.5, 15.25, {}, 0})),
-            R"({"latitude":47.5,"longitude":15.25,"height":null,"accuracy_m":null})");
+            R"({"latitude":47.5,"longitude":15.25,"height":351.5,"accuracy_m":4.5,)"
+            R"("heading_deg":90.5})");
+  EXPECT_EQ(JsonLine(ToJson(GpsFix{47.5, 15.25, {}, 0, {}})),
+            R"({"latitude":47.5,"longitude":15.25,"height":null,"accuracy_m":null,)"
+            R"("heading_deg":null})");
   LocalizedPhoto photo;
   photo.on_earth = SomeEarthPose();
   EXPECT_EQ(JsonLine(ToJson(photo)["on_earth"]), kEarthPose);
@@ -80,13 +82,15 @@ TEST(EarthJson, WhenAPhotoWasTaken) {
 TEST(EarthJson, Georeference) {
   GeoreferenceAnswer answer;
   answer.points_read = 1;
+  answer.coordinates = GroundCoordinates{"EPSG:27700", "by steps", {}};
   answer.unknown_photos = {"x.jpg"};
   EarthAnswer earth;
   earth.reconstruction = ReconstructionId(2);
   earth.images = 12;
   answer.reconstructions = {earth};
   EXPECT_EQ(JsonLine(ToJson(answer)),
-            R"({"points_read":1,"unknown_photos":["x.jpg"],"reconstructions":[{)"
+            R"({"points_read":1,"coordinates":{"name":"EPSG:27700","operation":"by steps",)"
+            R"("accuracy_m":null},"unknown_photos":["x.jpg"],"reconstructions":[{)"
             R"("reconstruction":2,"images":12,"version":0,"known":false,"origin":null,)"
             R"("scale":null,"rotation_wxyz":null,"translation":null,"gps":null,)"
             R"("ground_points":null,"scale_stddev_share":null,"heading_stddev_deg":null,)"

@@ -220,10 +220,10 @@ TEST(Answers, Small) {
   EXPECT_EQ(JsonLine(CandidatesJson({{ImageId(9), "b.jpg", Verdict::kPlaced, 0, 0.25}})),
             R"([{"id":9,"image":"b.jpg","score":0.25,"verdict":"placed"}])");
   EXPECT_EQ(JsonLine(CandidatesJson({})), "[]");
-  EXPECT_EQ(
-      JsonLine(ToJson(CameraAnswer{
-          CameraId(1), "lens", {640, 480, 500, 510, 319.5, 239.5, 0, 0, 319.5, 239.5}, "me"})),
-      R"({"id":1,"name":"lens","size":"640x480","params":"500,510,319.5,239.5","source":"me"})");
+  EXPECT_EQ(JsonLine(ToJson(
+                CameraAnswer{CameraId(1), "a", {8, 6, 5, 6, 4, 3, 0, 0, 4, 3}, "me", 2, 0.5})),
+            R"({"id":1,"name":"a","size":"8x6","params":"5,6,4,3","source":"me","version":2,)"
+            R"("focal_stddev_share":0.5})");
   EXPECT_EQ(JsonLine(ToJson(VocabularyAnswer{1, 2, 10, 3, 1000, 50000, 60, true})),
             R"({"generation":2,"branch":10,"depth":3,"words":1000,"training_descriptors":50000,)"
             R"("images_at_training":60,"imported":true})");

@@ -6,7 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/camera/decoder.h"
 #include "tests/engine/camera/exif_writer.h"
+#include "tests/engine/camera/tiff_writer.h"
 
 namespace veduta {
 namespace {
@@ -142,6 +144,54 @@ TEST(Exif, TellsWhereAPhotoWasTaken) {
   ASSERT_TRUE(degrees);
   EXPECT_NEAR(degrees->latitude_deg, 47.07, 1e-12);
   EXPECT_EQ(degrees->height_m, std::nullopt);
+}
+
+TEST(Exif, TellsWhereTheCameraLooked) {
+  const auto heading = [](const char* direction, const char* ref) {
+    const auto fix =
+        ReadExifGps(GpsBlock({{"GPSImgDirection", direction}, {"GPSImgDirectionRef", ref}}));
+    EXPECT_TRUE(fix);
+    return fix ? fix->heading_deg : std::nullopt;
+  };
+  EXPECT_EQ(heading("2715/10", "T"), 271.5);
+  EXPECT_EQ(heading("0/1", "T"), 0);
+  EXPECT_EQ(heading("360/1", "T"), 0);
+  EXPECT_EQ(heading("2715/10", "M"), std::nullopt) << "the magnetic north may be 20 degrees off";
+  EXPECT_EQ(heading("2715/10", ""), std::nullopt);
+  EXPECT_EQ(heading("", "T"), std::nullopt);
+  EXPECT_EQ(heading("361/1", "T"), std::nullopt);
+  EXPECT_EQ(heading("5/0", "T"), std::nullopt);
+  const FileBytes looked = GpsBlock({{"GPSImgDirection", "90/1"}, {"GPSImgDirectionRef", "T"}});
+  const GpsFix fix = *ReadExifGps(looked);
+  EXPECT_TRUE(HoldsExifGps(looked, fix));
+  EXPECT_FALSE(HoldsExifGps(GpsBlock({}), fix));
+  // An earlier program did not read it.
+  EXPECT_TRUE(HoldsExifGps(looked, *ReadExifGps(GpsBlock({}))));
+}
+
+TEST(Exif, ATiffIsItsOwnBlock) {
+  const FileBytes tiff = testing::TiffFile(testing::TestPicture(48, 32));
+  const auto image = Exiv2::ImageFactory::open(tiff.data(), static_cast<long>(tiff.size()));
+  image->readMetadata();
+  Exiv2::ExifData data = image->exifData();
+  data["Exif.Image.Make"] = "Maker";
+  data["Exif.Image.Model"] = "Model";
+  data["Exif.Photo.FocalLength"] = Exiv2::URational(42, 10);
+  data["Exif.Photo.DateTimeOriginal"] = "2026:11:29 10:20:30";
+  image->setExifData(data);
+  image->writeMetadata();
+  Exiv2::BasicIo& io = image->io();
+  ASSERT_EQ(io.open(), 0);
+  const Exiv2::DataBuf whole = io.read(static_cast<long>(io.size()));
+  const FileBytes bytes(whole.pData_, whole.pData_ + whole.size_);
+  const PhotoExamination found = DecoderInProcess().Examine(bytes);
+  EXPECT_EQ(found.header.outcome, HeaderOutcome::kRead) << found.header.detail;
+  EXPECT_EQ(found.camera.make, "Maker");
+  EXPECT_EQ(found.camera.model, "Model");
+  EXPECT_EQ(found.camera.focal_mm, 4.2);
+  EXPECT_TRUE(found.taken);
+  for (size_t size = 0; size < bytes.size(); size += 5)
+    EXPECT_TRUE(DecoderInProcess().Examine({bytes.data(), size}).camera.focal_mm >= 0);
 }
 
 TEST(Exif, SenselessPlacesAreAbsent) {

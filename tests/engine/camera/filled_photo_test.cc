@@ -29,7 +29,7 @@ PhotoExamination Examined(int orientation) {
   PhotoExamination examined;
   examined.header.orientation = orientation;
   examined.camera = {"Make", "Model 3", "Lens f/2", 4.25, 1.5};
-  examined.gps = GpsFix{-33.856784, 151.215297, -12.5, 4.5};
+  examined.gps = GpsFix{-33.856784, 151.215297, -12.5, 4.5, 271.25};
   examined.taken = TakenTime{1'700'000'123, -12'600};
   return examined;
 }

@@ -66,6 +66,16 @@ TEST(PhotoHeader, ExifIsFoundInEveryFormat) {
             testing::ExifBlock(6, false));
 }
 
+// A HEIF comes upright, and its EXIF tells how the camera was held.
+TEST(PhotoHeader, HowTheCameraWasHeldIsToldByEveryFormat) {
+  const cv::Mat picture = TestPicture(48, 32);
+  const FileBytes exif = testing::ExifBlock(3, true);
+  EXPECT_EQ(ReadPhotoHeader(testing::HeifFileOf(picture, {.exif = exif})).sensor_orientation, 3);
+  EXPECT_EQ(ReadPhotoHeader(testing::HeifFileOf(picture, {})).sensor_orientation, 1);
+  const FileBytes jpeg = testing::WithExif(testing::JpegFile(picture), exif);
+  EXPECT_EQ(ReadPhotoHeader(jpeg).sensor_orientation, 3);
+}
+
 TEST(PhotoHeader, WhatIsNoPhotoIsSaid) {
   const std::string text = "hello, this is a text";
   const FileBytes bytes(text.begin(), text.end());

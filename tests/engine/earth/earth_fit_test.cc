@@ -61,7 +61,7 @@ Walk MakeWalk(uint64_t seed, int count, double bend_m, double deviation_m, uint3
 }
 
 std::optional<EarthFit> Fit(const Walk& walk) {
-  return FitEarth(walk.anchors, FindUp(walk.cams));
+  return FitEarth(walk.anchors, {}, FindUp(walk.cams));
 }
 
 double FarthestOff(const Sim3& fitted, const Walk& walk) {
@@ -211,15 +211,68 @@ TEST(FitEarth, AStraightWalkIsNotUpsideDown) {
   }
 }
 
+// Forty metres of a street, with GPS that is off by twelve: the positions tell the heading badly.
+TEST(FitEarth, CompassesTellWherePositionsHardlyDo) {
+  double with = 0, without = 0;
+  int honest = 0;
+  constexpr int kWalks = 60;
+  for (int seed = 1; seed <= kWalks; ++seed) {
+    Walk walk = MakeWalk(static_cast<uint64_t>(seed), 12, 0, 12, 1);
+    SeededRandom random(static_cast<uint64_t>(seed));
+    const Eigen::Vector3d first = walk.anchors[0].world;
+    for (EarthAnchor& anchor : walk.anchors) {
+      const Eigen::Vector3d error = anchor.enu_m - kTruth * anchor.world;
+      anchor.world = first + 0.4 * (anchor.world - first);
+      anchor.enu_m = kTruth * anchor.world + error;
+    }
+    std::vector<EarthHeading> headings;
+    const double compass_deg = 8 * Normal(&random);
+    for (const Rigid3& cam : walk.cams) {
+      const Eigen::Vector3d forward = cam.rotation.conjugate() * Eigen::Vector3d::UnitZ(),
+                            enu = kTruth.rotation * forward;
+      headings.push_back({forward,
+                          std::atan2(enu.x(), enu.y()) * 180 / std::numbers::pi + compass_deg +
+                              12 * Normal(&random),
+                          1});
+    }
+    const auto by_both = FitEarth(walk.anchors, headings, FindUp(walk.cams)), by_gps = Fit(walk);
+    ASSERT_TRUE(by_both && by_gps);
+    const auto off_deg = [](const EarthFit& fit) {
+      const Eigen::Quaterniond turn = fit.enu_from_world.rotation * kTruth.rotation.conjugate();
+      return 2 * std::atan2(std::abs(turn.z()), std::abs(turn.w())) * 180 / std::numbers::pi;
+    };
+    with += off_deg(*by_both) * off_deg(*by_both) / kWalks;
+    without += off_deg(*by_gps) * off_deg(*by_gps) / kWalks;
+    honest += off_deg(*by_both) <= 2 * by_both->heading_deviation_deg ? 1 : 0;
+  }
+  std::printf(
+      "heading off by %.1f degrees with compasses, by %.1f without; %d of %d within two "
+      "standard deviations\n",
+      std::sqrt(with), std::sqrt(without), honest, kWalks);
+  EXPECT_LT(std::sqrt(with), 15);
+  EXPECT_LT(with, without);
+  EXPECT_GE(honest, kWalks * 9 / 10);
+}
+
+TEST(FitEarth, ACompassThatIsWrongDoesNotTurnIt) {
+  const Walk walk = MakeWalk(3, 20, 30, 1, 0);
+  std::vector<EarthHeading> headings;
+  for (const Rigid3& cam : walk.cams)
+    headings.push_back({cam.rotation.conjugate() * Eigen::Vector3d::UnitZ(), 17, 1});
+  const auto fit = FitEarth(walk.anchors, headings, FindUp(walk.cams));
+  ASSERT_TRUE(fit);
+  EXPECT_LT(FarthestOff(fit->enu_from_world, walk), 3);
+}
+
 TEST(FitEarth, TooLittleIsNothing) {
   const Walk walk = MakeWalk(6, 12, 20, 2, 0);
   const auto up = FindUp(walk.cams);
-  EXPECT_FALSE(FitEarth({}, up));
-  EXPECT_FALSE(FitEarth(std::span(walk.anchors).first(2), up));
-  EXPECT_FALSE(FitEarth(walk.anchors, {}));
+  EXPECT_FALSE(FitEarth({}, {}, up));
+  EXPECT_FALSE(FitEarth(std::span(walk.anchors).first(2), {}, up));
+  EXPECT_FALSE(FitEarth(walk.anchors, {}, {}));
   // All in one place: neither scale nor heading.
   std::vector<EarthAnchor> one(5, walk.anchors.front());
-  EXPECT_FALSE(FitEarth(one, up));
+  EXPECT_FALSE(FitEarth(one, {}, up));
 }
 
 // The end of the street is off by what the covariance says, over many walks of each kind.

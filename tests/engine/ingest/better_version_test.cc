@@ -11,8 +11,11 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "engine/camera/orientation.h"
 #include "engine/camera/photo_decoder.h"
 #include "engine/camera/private_areas.h"
+#include "engine/localization/copied_camera.h"
+#include "tests/engine/camera/photo_writer.h"
 #include "tests/engine/street_fixture.h"
 
 namespace veduta {
@@ -249,6 +252,34 @@ TEST(BetterVersion, WhatIsFilledIsNotShownByALargerCopy) {
   std::vector<uint8_t> whole = photo.jpeg;
   whole.insert(whole.begin() + 2, segment.begin(), segment.end());
   EXPECT_TRUE(city.Add("whole", whole, "street", "bea").replaced);
+  city.ExpectSound();
+}
+
+// A messenger sends a phone's photo upright and small; then comes the photo itself, with the
+// sensor's pixels.
+TEST(BetterVersion, ItMayBeTurned) {
+  BetterCity city;
+  const CityQuestions before = city.Ask();
+  const PoseRecord pose = before.snapshot().FindPose(ImageId(4))->value();
+  const TakenPhoto& photo = TakePhoto(Walk(2, 0.8, kPhotos)[3]);
+  const cv::Mat lying = Upright(DecodePhoto(photo.jpeg, DecodeLimits()).bgr, InverseOrientation(6));
+  std::vector<uint8_t> whole;
+  ASSERT_TRUE(cv::imencode(".jpg", lying, whole, {cv::IMWRITE_JPEG_QUALITY, 95}));
+  whole = testing::WithExif(whole, testing::ExifBlock(6, true));
+  ASSERT_OK(city.engine().AddCamera(
+      "lying", CameraOfCopy(StreetCameraModel(), 1, ImageSize{384, 512}, 6), ""));
+  const AddOutcome outcome = city.Add("phone.jpg", whole, "lying", "bea");
+  EXPECT_TRUE(outcome.replaced) << outcome.detail;
+  const CityQuestions after = city.Ask();
+  const PoseRecord now = after.snapshot().FindPose(ImageId(4))->value();
+  EXPECT_EQ(after.snapshot().GetImage(ImageId(4))->orientation, 6);
+  EXPECT_LT((now.cam_from_world.Center() - pose.cam_from_world.Center()).norm(), 0.05);
+  const Rigid3 upright =
+      Rigid3{Eigen::Quaterniond(UprightCamFromStoredCam(6)), Eigen::Vector3d::Zero()} *
+      now.cam_from_world;
+  EXPECT_LT(upright.rotation.angularDistance(pose.cam_from_world.rotation), 0.01);
+  EXPECT_GE(after.snapshot().GetObservations(ImageId(4))->size(),
+            before.snapshot().GetObservations(ImageId(4))->size() / 2);
   city.ExpectSound();
 }
 

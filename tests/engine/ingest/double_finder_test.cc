@@ -134,6 +134,38 @@ TEST_F(DoubleFinder, ACopyThatWasTurnedUprightIsTheSamePhoto) {
   EXPECT_TRUE(IsSound(CityQuestions(engine_->Ask()).snapshot()));
 }
 
+TEST_F(DoubleFinder, ACopyWithoutACameraHasThatOfThePhoto) {
+  for (const double scale : {1.0, 0.6}) {
+    const AddOutcome copy = AddChanged({.scale = scale}, "");
+    EXPECT_TRUE(copy.duplicate) << copy.detail << copy.failure.message();
+    EXPECT_EQ(copy.id, ImageId(3));
+  }
+  EXPECT_EQ(CountImages(), 5u);
+}
+
+// The pair of a photo and its copy has no motion, and nothing else tells where the photo stands.
+TEST_F(DoubleFinder, ACopyOfAPhotoWithoutAPoseIsTheSamePhoto) {
+  const TakenPhoto& far = TakePhoto({30, 75});
+  EXPECT_EQ(Add("far.jpg", far.jpeg, "street").verdict, Verdict::kPostponed);
+  for (const char* camera : {"street", ""}) {
+    const AddOutcome copy = Add("copy.jpg", Jpeg(Pixels(far.jpeg), 70), camera);
+    EXPECT_TRUE(copy.duplicate) << camera << copy.detail << copy.failure.message();
+    EXPECT_EQ(copy.id, ImageId(6));
+  }
+  const cv::Mat small = Changed(Pixels(far.jpeg), {.scale = 0.5});
+  EXPECT_TRUE(Add("small.jpg", Jpeg(small, 80), "half").duplicate);
+  EXPECT_EQ(CountImages(), 6u);
+}
+
+TEST_F(KeptDouble, ACopyWithoutACameraIsStoredWithThatOfThePhoto) {
+  const AddOutcome copy = AddChanged({.scale = 0.5}, "");
+  EXPECT_FALSE(copy.duplicate);
+  EXPECT_EQ(copy.camera, "half") << copy.failure.message();
+  const AddOutcome other = AddChanged({.scale = 0.75}, "");
+  EXPECT_EQ(other.camera, "street at 384x288") << other.failure.message();
+  EXPECT_TRUE(IsSound(CityQuestions(engine_->Ask()).snapshot()));
+}
+
 TEST_F(DoubleFinder, APhotoWithSomethingElseInItIsAnotherOne) {
   const AddOutcome outcome = AddChanged({.has_visitor = true}, "street");
   EXPECT_FALSE(outcome.duplicate) << outcome.detail;

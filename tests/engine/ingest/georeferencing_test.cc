@@ -55,7 +55,7 @@ void Prepare(SceneDatabase* scene, uint32_t count, uint32_t told) {
     ImageRecord image = *scene->Snap()->GetImage(ImageId(id));
     const auto pose = *scene->Snap()->FindPose(ImageId(id));
     const GeoPosition there = LocalFrame(kOrigin).ToGeo(40 * pose->cam_from_world.Center());
-    image.gps = GpsFix{there.latitude_deg, there.longitude_deg, there.height_m, 0.5};
+    image.gps = GpsFix{there.latitude_deg, there.longitude_deg, there.height_m, 0.5, {}};
     transaction->PutImage(image);
   }
   ASSERT_OK(transaction->Commit());

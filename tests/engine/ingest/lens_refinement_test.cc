@@ -61,6 +61,9 @@ TEST(LensRefinement, FindsTheFocalLengthAndStoresItWithTheStructure) {
   const double truth = scene.scene().camera.fx;
   EXPECT_NEAR(camera.model.fx, truth, 0.003 * truth);
   EXPECT_TRUE(camera.is_refinable);
+  EXPECT_EQ(camera.version, 2u);
+  EXPECT_GT(camera.focal_stddev_share, 0);
+  EXPECT_LT(camera.focal_stddev_share, 0.003);
   EXPECT_EQ((*scene.features()->Get(*scene.Snap(), ImageId(3)))->camera.fx, camera.model.fx);
   EXPECT_EQ(scene.Snap()->ListCameras()->size(), 1u);
   ExpectSound(scene);

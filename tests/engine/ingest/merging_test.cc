@@ -9,6 +9,8 @@
 #include <set>
 #include <tuple>
 
+#include "engine/earth/earth_pose.h"
+#include "engine/ingest/far_apart.h"
 #include "engine/ingest/forbidding.h"
 #include "engine/ingest/seam.h"
 #include "engine/ingest/seam_loop.h"
@@ -74,6 +76,50 @@ TEST(Merging, TheLargestOfThreeKeepsItsFrame) {
   EXPECT_EQ(merged.merges[1].from, middle);
   EXPECT_EQ(work.map.image(ImageId(1)).cam_from_world.translation,
             scene.scene().poses[0].translation);
+}
+
+// Gives a reconstruction, whose frame differs from the scene's by this similarity, a place on the
+// earth that is off by `east_m`.
+void PutPlace(ReconstructionId id, const Sim3& scene_from_world, double east_m, double deviation_m,
+              SceneDatabase* scene) {
+  ReconstructionRecord record = *scene->Snap()->GetReconstruction(id);
+  EarthPlace& place = record.georeference.place.emplace();
+  record.georeference.version = 1;
+  place.origin = {47, 15, 350};
+  const Sim3 enu_from_scene{10, Eigen::Quaterniond::Identity(), {east_m, 0, 0}};
+  place.enu_from_world = enu_from_scene * scene_from_world;
+  place.pivot = place.enu_from_world.translation;
+  Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
+  covariance.diagonal() << 1e-6, 1e-6, 1e-6, 1e-6, 1, 1, 1;
+  covariance.diagonal().tail<3>() *= deviation_m * deviation_m;
+  place.covariance = PackCovariance(covariance);
+  const auto transaction = scene->database()->BeginTransaction();
+  transaction->PutReconstruction(record);
+  ASSERT_OK(transaction->Commit());
+}
+
+TEST(Merging, WhatTheEarthHasFarApartStaysApart) {
+  struct Case {
+    double east_m, deviation_m;
+    bool is_far;
+  };
+  for (const auto& [east_m, deviation_m, is_far] :
+       {Case{80, 5, true}, Case{-80, 5, true}, Case{15, 5, false}, Case{80, 30, false}}) {
+    SceneDatabase scene({.camera_count = 7});
+    scene.AddImages(0, 7);
+    const ReconstructionId large = scene.AddReconstruction({0, 1, 2, 3});
+    const ReconstructionId small = scene.AddReconstruction({4, 5}, AnotherFrame());
+    PutPlace(large, {}, 0, deviation_m, &scene);
+    PutPlace(small, AnotherFrame().Inverse(), east_m, deviation_m, &scene);
+    SceneWork work(&scene);
+    const MergeOutcome merged = Merge(&scene, &work, small, {ImageId(5), ImageId(6)});
+    EXPECT_EQ(merged.merges.empty(), is_far) << east_m << " " << deviation_m;
+    if (!is_far) continue;
+    ASSERT_EQ(merged.refused.size(), 1u);
+    EXPECT_EQ(merged.refused[0].hypothesis->reason, RefusalReason::kFarApart);
+    EXPECT_NE(merged.refused[0].evidence.find("on the earth are 80 m"), std::string::npos)
+        << merged.refused[0].evidence;
+  }
 }
 
 // That the two are one, by a seam that is judged with each photo.

@@ -81,6 +81,24 @@ TEST(TwoView, NamesPlanesAndRotations) {
   }
 }
 
+// A copy of a photo, and a photo from the same tripod: any translation explains the matches.
+TEST(TwoView, WhatHasNotMovedIsARotation) {
+  for (const double noise_px : {0.0, 0.3}) {
+    Matches m = MakeMatches(Kind::kGeneral, 200, 0, 0, 3);
+    SeededRandom random(4);
+    for (size_t i = 0; i < m.a.size(); ++i) {
+      m.b[i] = m.a[i] + noise_px / kFocal * Eigen::Vector2d(random.Unit(), random.Unit());
+      if (i % 20 == 0) m.b[i] = Eigen::Vector2d(random.Unit(), random.Unit());
+    }
+    const TwoViewGeometry found = EstimateTwoView(m.a, m.b, kFocal, 5, {});
+    EXPECT_EQ(found.outcome, TwoViewOutcome::kVerified);
+    EXPECT_EQ(found.geometry, PairGeometry::kRotation);
+    EXPECT_GE(found.inliers.size(), 185u);
+    EXPECT_LT(found.b_from_a.rotation.angularDistance(Eigen::Quaterniond::Identity()), 1e-6);
+    EXPECT_NEAR(found.b_from_a.translation.norm(), 1, 1e-12);
+  }
+}
+
 TEST(TwoView, RefusesRandomMatches) {
   for (uint64_t seed = 1; seed <= 10; ++seed) {
     const Matches noise = MakeMatches(Kind::kGeneral, 100, 1.0, 0.5, seed);

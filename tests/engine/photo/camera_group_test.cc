@@ -21,7 +21,7 @@ TEST(CameraGroup, IsNamedByAllThatDecidesTheIntrinsics) {
   EXPECT_EQ(CameraGroupOf({"Canon", "Canon EOS 5D", "EF 24-70", 35, 0}, header),
             "Canon EOS 5D, EF 24-70, 35 mm, 4032x3024");
   PhotoHeader turned = header, cropped = header;
-  turned.orientation = 6;
+  turned.orientation = turned.sensor_orientation = 6;
   cropped.stored_size = {4032, 3000};
   ExifCamera longer = phone, zoomed = phone, other = phone;
   longer.focal_mm = 4.25;
@@ -35,6 +35,9 @@ TEST(CameraGroup, IsNamedByAllThatDecidesTheIntrinsics) {
                                        CameraGroupOf(zoomed, header),
                                        CameraGroupOf(other, header)};
   EXPECT_EQ(names.size(), 6u);
+  PhotoHeader upside_down = header;  // a HEIF, whose pixels come upright
+  upside_down.sensor_orientation = 3;
+  EXPECT_EQ(CameraGroupOf(phone, upside_down), name + ", turned 3");
 }
 
 TEST(CameraGroup, ThereIsNoneWithoutModelOrFocalLength) {
@@ -86,6 +89,50 @@ TEST(CameraGroup, ItsCameraIsThatOfPhotosWithItsFocalLength) {
   EXPECT_FALSE(find(stored.name, 1.2)) << "zoomed";
   EXPECT_FALSE(find("another", std::nullopt));
   EXPECT_FALSE(find("", std::nullopt));
+}
+
+TEST(CameraGroup, ItsCameraTellsAsItsFirstPhotoDid) {
+  TemporaryFolder folder;
+  DatabaseOptions options;
+  options.create = true;
+  const auto database = Database::Open(folder / "db", options);
+  ASSERT_OK(database);
+  const auto transaction = (*database)->BeginTransaction();
+  const auto put = [&](uint32_t id, const std::string& name, double told, double fx) {
+    CameraRecord camera;
+    camera.id = CameraId(id);
+    camera.name = name;
+    camera.model.width_px = 1000;
+    camera.model.height_px = 800;
+    camera.model.fx = camera.model.fy = fx;
+    camera.told_focal_share = told;
+    transaction->PutCamera(camera);
+  };
+  put(1, "Phone", 0.7, 1000);  // its photos are a third short, all of them
+  put(2, "Phone (2)", 1.4, 2000);
+  put(3, "Phone (x)", 2.5, 2500);
+  ASSERT_OK(transaction->Commit());
+  const auto find = [&](double share) {
+    const auto found = FindGroupCamera(*(*database)->GetSnapshot(), "Phone", share);
+    EXPECT_OK(found);
+    return found.ok() && *found ? (*found)->id.value : 0;
+  };
+  EXPECT_EQ(find(0.7), 1u);
+  EXPECT_EQ(find(0.75), 1u);
+  EXPECT_EQ(find(1.45), 2u);
+  EXPECT_EQ(find(1.0), 0u) << "another zoom than both";
+  EXPECT_EQ(find(2.5), 0u) << "another name";
+}
+
+TEST(CameraGroup, NamesGetTheNextNumber) {
+  const std::set<std::string> taken = {"a", "a (2)", "a (4)"};
+  const auto is_taken = [&](const std::string& name) { return taken.contains(name); };
+  EXPECT_EQ(NumberedName("b", is_taken), "b");
+  EXPECT_EQ(NumberedName("a", is_taken), "a (3)");
+  EXPECT_TRUE(IsNumberedName("a", "a"));
+  EXPECT_TRUE(IsNumberedName("a (12)", "a"));
+  for (const char* other : {"b", "a (", "a ()", "a (2", "a (2a)", "a (2) (3)", "ab (2)"})
+    EXPECT_FALSE(IsNumberedName(other, "a")) << other;
 }
 
 TEST(CameraGroup, TheEquivalentOnFilmTellsTheFocalLength) {

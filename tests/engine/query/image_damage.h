@@ -54,6 +54,9 @@ inline std::vector<FieldDamage> CameraDamages() {
                        {"k1", [](R* r) { r->model.k1 += 0.01; }},
                        {"k2", [](R* r) { r->model.k2 += 0.01; }},
                        {"isRefinable", [](R* r) { r->is_refinable = !r->is_refinable; }},
+                       {"toldFocalShare", [](R* r) { r->told_focal_share += 0.5; }},
+                       {"focalStddevShare", [](R* r) { r->focal_stddev_share += 0.5; }},
+                       {"version", [](R* r) { r->version += 1; }},
                        {"u0", [](R* r) { r->model.u0 += 5; }},
                        {"v0", [](R* r) { r->model.v0 += 5; }}});
 }

@@ -33,7 +33,7 @@ class PhotoSearchTest : public testing::Test {
     image.reason = Reason::kNoCandidates;
     image.photo = HashContent(std::span(reinterpret_cast<const uint8_t*>(&id), sizeof(id)));
     image.time_unix_s = kNoon + 100'000 * kHour;
-    image.gps = GpsFix{47, 0.01 * (id % 1000), 300, 5};
+    image.gps = GpsFix{47, 0.01 * (id % 1000), 300, 5, {}};
     image.taken = TakenTime{kNoon + id * kHour, 0};
     return image;
   }

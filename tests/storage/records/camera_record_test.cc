@@ -23,6 +23,9 @@ TEST(CameraRecord, RoundTrips) {
                       {1, 2, 3.5, 4, 5, 6, -7, 8, 9, -0.0},
                       std::string("a\0b", 3)};
   camera.is_refinable = true;
+  camera.told_focal_share = 0.75;
+  camera.focal_stddev_share = 0.01;
+  camera.version = 7;
   const AwaitedPhotos awaited{{HashOf("one"), HashOf("other")}, HashOf("list")};
   camera.awaited = std::make_shared<const AwaitedPhotos>(awaited);
   CameraRecord decoded;
@@ -32,6 +35,9 @@ TEST(CameraRecord, RoundTrips) {
   EXPECT_EQ(decoded.source, camera.source);
   EXPECT_EQ(decoded.model, camera.model);
   EXPECT_TRUE(decoded.is_refinable);
+  EXPECT_EQ(decoded.told_focal_share, camera.told_focal_share);
+  EXPECT_EQ(decoded.focal_stddev_share, camera.focal_stddev_share);
+  EXPECT_EQ(decoded.version, 7u);
   ASSERT_NE(decoded.awaited, nullptr);
   EXPECT_EQ(decoded.awaited->photos, awaited.photos);
   EXPECT_EQ(decoded.awaited->list, awaited.list);
@@ -49,6 +55,9 @@ TEST(CameraRecord, RefusesWhatBreaksARule) {
   camera.id = CameraId(1);
   camera.model.k2 = kNan;
   ExpectRefused(camera, "k2");
+  camera.model.k2 = 0;
+  camera.told_focal_share = kNan;
+  ExpectRefused(camera, "told_focal_share");
 }
 
 TEST(CameraRecord, DamagedValueIsCorruption) {

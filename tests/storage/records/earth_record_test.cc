@@ -85,7 +85,7 @@ TEST(EarthRecord, ImagesKeepWhereTheySayTheyWereTaken) {
   ImageRecord image = SampleImage(9), decoded;
   RoundTrip(image, &decoded, image.id);
   EXPECT_EQ(decoded.gps, std::nullopt);
-  image.gps = GpsFix{47.07, -15.44, -3.5, 4.25};
+  image.gps = GpsFix{47.07, -15.44, -3.5, 4.25, 359.5};
   RoundTrip(image, &decoded, image.id);
   EXPECT_EQ(decoded.gps, image.gps);
   image.gps->height_m.reset();
@@ -94,8 +94,10 @@ TEST(EarthRecord, ImagesKeepWhereTheySayTheyWereTaken) {
   EXPECT_EQ(decoded.gps, image.gps);
   image.gps->latitude_deg = 91;
   ExpectRefused(image, "latitude");
-  image.gps = GpsFix{1, 2, 3, -1};
+  image.gps = GpsFix{1, 2, 3, -1, {}};
   ExpectRefused(image, "accuracy_m");
+  image.gps = GpsFix{1, 2, 3, 4, 360};
+  ExpectRefused(image, "heading_deg");
 }
 
 TEST(EarthRecord, ReconstructionsKeepTheirPlace) {
@@ -129,7 +131,7 @@ TEST(EarthRecord, DamagedPlacesAreCorruption) {
   record.georeference = SampleGeoreference();
   Fuzz(record, record.id);
   ImageRecord image = SampleImage(9);
-  image.gps = GpsFix{47.07, -15.44, -3.5, 4.25};
+  image.gps = GpsFix{47.07, -15.44, -3.5, 4.25, 359.5};
   Fuzz(image, image.id);
 }
 

@@ -23,9 +23,10 @@ PhotoExamination Found() {
   found.header.format = PhotoFormat::kJpeg;
   found.header.stored_size = {1536, 1024};
   found.header.orientation = 6;
+  found.header.sensor_orientation = 8;
   found.header.has_restarts = true;
   found.camera = {"Make", "Model", std::string(64, 'l'), 4.2, 1};
-  found.gps = GpsFix{-47.5, 179.25, -3.5, 12};
+  found.gps = GpsFix{-47.5, 179.25, -3.5, 12, 359.5};
   found.taken = TakenTime{1'700'000'000, -3600};
   return found;
 }
@@ -36,6 +37,7 @@ void ExpectSame(const PhotoExamination& read, const PhotoExamination& sent) {
   EXPECT_EQ(read.header.format, sent.header.format);
   EXPECT_EQ(read.header.stored_size, sent.header.stored_size);
   EXPECT_EQ(read.header.orientation, sent.header.orientation);
+  EXPECT_EQ(read.header.sensor_orientation, sent.header.sensor_orientation);
   EXPECT_EQ(read.header.has_restarts, sent.header.has_restarts);
   EXPECT_EQ(read.camera, sent.camera);
   EXPECT_EQ(read.gps, sent.gps);
@@ -47,6 +49,7 @@ TEST(Exchange, WhatIsFoundArrives) {
   ASSERT_TRUE(ReadExamination(AnswerOf(found)));
   ExpectSame(*ReadExamination(AnswerOf(found)), found);
   found.gps->height_m.reset();
+  found.gps->heading_deg.reset();
   ExpectSame(*ReadExamination(AnswerOf(found)), found);
   found.gps.reset();
   found.taken->offset_s.reset();
@@ -91,6 +94,8 @@ TEST(Exchange, AnswersThatCannotBeAreNone) {
       [](DecoderAnswer* a) { a->height_px = 0; },
       [](DecoderAnswer* a) { a->orientation = 0; },
       [](DecoderAnswer* a) { a->orientation = 9; },
+      [](DecoderAnswer* a) { a->sensor_orientation = 0; },
+      [](DecoderAnswer* a) { a->sensor_orientation = 9; },
       [](DecoderAnswer* a) { a->has_restarts = 2; },
       [](DecoderAnswer* a) { a->detail = ToExchange<512>("read, and yet it has a reason"); },
       [](DecoderAnswer* a) { a->detail.size = 513; },
@@ -102,6 +107,10 @@ TEST(Exchange, AnswersThatCannotBeAreNone) {
       [](DecoderAnswer* a) { a->digital_zoom = kInf; },
       [](DecoderAnswer* a) { a->has_gps = 2; },
       [](DecoderAnswer* a) { a->has_height = 2; },
+      [](DecoderAnswer* a) { a->has_heading = 2; },
+      [](DecoderAnswer* a) { a->heading_deg = 360; },
+      [](DecoderAnswer* a) { a->heading_deg = -1; },
+      [](DecoderAnswer* a) { a->heading_deg = kNan; },
       [](DecoderAnswer* a) { a->latitude_deg = 90.5; },
       [](DecoderAnswer* a) { a->latitude_deg = kNan; },
       [](DecoderAnswer* a) { a->longitude_deg = -181; },

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// Goal: the deviation that is told of a focal length is how much the focal length varies; a lens
+//   that nothing tells has none.
+// Method: the focal length of one synthetic scene is refined with the noise of many seeds, and its
+//   spread is compared with what is told.
+#include "engine/mapping/lens_deviation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/mapping/lens_solver.h"
+#include "synthetic_scene.h"
+
+namespace veduta {
+namespace {
+
+BundleProblem ProblemOf(const SyntheticScene& scene) {
+  const CityMap map = MakeMap(scene);
+  BundleProblem problem;
+  std::vector<ImageId> images;
+  for (const auto& [id, image] : map.images()) {
+    images.push_back(id);
+    problem.cams_from_world.push_back(image.cam_from_world);
+    problem.cameras.push_back(image.camera);
+  }
+  problem.free_count = static_cast<uint32_t>(images.size()) - 1;
+  for (const PointId id : map.PointsSeenBy(images)) {
+    problem.points.push_back(map.point(id).position);
+    problem.first_observation.push_back(static_cast<uint32_t>(problem.observations.size()));
+    for (const TrackElement& element : map.point(id).track) {
+      const Sighting seen = map.image(element.image).ViewOf(element.feature);
+      problem.observations.push_back({element.image.value - 1, seen.x_px});
+    }
+  }
+  problem.first_observation.push_back(static_cast<uint32_t>(problem.observations.size()));
+  return problem;
+}
+
+TEST(LensDeviation, IsHowMuchTheFocalLengthVaries) {
+  constexpr int kSeeds = 40;
+  for (const uint32_t lens_count : {1u, 2u}) {
+    std::vector<double> squares(lens_count), told(lens_count);
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+      SceneOptions options;
+      options.seed = 7;
+      options.point_count = 150;
+      options.noise_px = 0.5;
+      SyntheticScene scene = MakeScene(options);
+      BundleProblem problem = ProblemOf(scene);
+      SeededRandom random(seed);
+      for (BundleObservation& seen : problem.observations)
+        seen.x_px += 0.5 * Eigen::Vector2d(Gaussian(random), Gaussian(random));
+      std::vector<std::optional<uint32_t>> lens_of;
+      for (uint32_t i = 0; i < problem.cameras.size(); ++i) lens_of.push_back(i % lens_count);
+      std::vector<double> factors(lens_count, 1.0);
+      ASSERT_TRUE(SolveWithLenses({}, lens_of, &problem, factors));
+      for (size_t i = 0; i < problem.cameras.size(); ++i) {
+        problem.cameras[i].fx *= factors[*lens_of[i]];
+        problem.cameras[i].fy *= factors[*lens_of[i]];
+      }
+      const std::vector<double> deviations = LensDeviations({}, lens_of, lens_count, problem);
+      EXPECT_EQ(deviations, LensDeviations({}, lens_of, lens_count, problem)) << "the same again";
+      for (uint32_t lens = 0; lens < lens_count; ++lens) {
+        squares[lens] += std::pow(std::log(factors[lens]), 2) / kSeeds;
+        told[lens] += deviations[lens] / kSeeds;
+      }
+    }
+    for (uint32_t lens = 0; lens < lens_count; ++lens) {
+      const double spread = std::sqrt(squares[lens]);
+      EXPECT_GT(told[lens], 0.6 * spread) << lens_count;
+      EXPECT_LT(told[lens], 1.6 * spread) << lens_count;
+    }
+  }
+}
+
+TEST(LensDeviation, IsNoneWhereNothingTellsIt) {
+  BundleProblem problem = ProblemOf(MakeScene({}));
+  std::vector<std::optional<uint32_t>> lens_of(problem.cameras.size());
+  lens_of[0] = 0;
+  const std::vector<double> deviations = LensDeviations({}, lens_of, 2, problem);
+  EXPECT_GT(deviations[0], 0);
+  EXPECT_EQ(deviations[1], 0);
+  problem.free_count = 0;
+  EXPECT_EQ(LensDeviations({}, lens_of, 2, problem), (std::vector<double>{0, 0}));
+  EXPECT_TRUE(LensDeviations({}, lens_of, 0, problem).empty());
+}
+
+}  // namespace
+}  // namespace veduta
