@@ -143,8 +143,7 @@ int Georeference(const GeoreferenceArguments& arguments) {
         stderr, "veduta: %s\n",
         ("the city has no photo '" + Printable(photo) + "': its lines are left out").c_str());
   }
-  if (answer->coordinates)
-    WarnOfDatum(*answer->coordinates, arguments.request.ground_deviation_m);
+  if (answer->coordinates) WarnOfDatum(*answer->coordinates, arguments.request.ground_deviation_m);
   const bool is_nowhere = answer->points_read > 0 &&
                           std::ranges::none_of(answer->reconstructions, &EarthAnswer::is_known);
   if (is_nowhere) TellWhyNowhere(answer->ground_points);

@@ -107,8 +107,7 @@ Result<GeoreferenceAnswer> Engine::Georeference(const GeoreferenceRequest& reque
   {
     Writer::Turn turn = parts_->writer->Take();
     WriteScope scope = BeginWrite(&turn.database());
-    VEDUTA_ASSIGN_OR_RETURN(auto points,
-                            PointsOf(request, lines, *scope.base, &unknown_photos));
+    VEDUTA_ASSIGN_OR_RETURN(auto points, PointsOf(request, lines, *scope.base, &unknown_photos));
     read = points.size();
     if (!request.forget_ground_points) {
       VEDUTA_ASSIGN_OR_RETURN(std::vector<GroundPoint> stored, scope.base->ListGroundPoints());

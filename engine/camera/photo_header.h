@@ -26,10 +26,10 @@ struct PhotoHeader {
   HeaderOutcome outcome = HeaderOutcome::kUnreadable;
   std::string detail;  // why not kRead, for a person
   PhotoFormat format = PhotoFormat::kUnknown;
-  ImageSize stored_size;      // as the sensor wrote it (HEIF: upright); both sides > 0 if kRead
-  int orientation = 1;        // 1 to 8 as EXIF numbers them; 1 if absent or senseless, and of HEIF
+  ImageSize stored_size;       // as the sensor wrote it (HEIF: upright); both sides > 0 if kRead
+  int orientation = 1;         // 1 to 8 as EXIF numbers them; 1 if absent or senseless, and of HEIF
   int sensor_orientation = 1;  // how the camera was held: the same, and of HEIF what its EXIF says
-  bool has_restarts = false;  // JPEG: restart markers between its rows
+  bool has_restarts = false;   // JPEG: restart markers between its rows
   // The block of EXIF, of 64 KiB at most. Empty where there is none, and of a TIFF (ExifOf).
   std::vector<uint8_t> exif;
 };

@@ -42,8 +42,8 @@ uint32_t CountSeen(const MapImage& image, std::span<const FeatureMatch> counterp
 
 // The same camera's pose when its pixels are stored in another orientation.
 Rigid3 TurnedPose(const Rigid3& cam_from_world, int orientation, int other_orientation) {
-  const Eigen::Matrix3d turn = UprightCamFromStoredCam(other_orientation).transpose() *
-                               UprightCamFromStoredCam(orientation);
+  const Eigen::Matrix3d turn =
+      UprightCamFromStoredCam(other_orientation).transpose() * UprightCamFromStoredCam(orientation);
   return Rigid3{Eigen::Quaterniond(turn), Eigen::Vector3d::Zero()} * cam_from_world;
 }
 
@@ -53,9 +53,9 @@ Result<bool> ExchangeInMap(const IngestParts& parts, const WriteScope& scope,
                            const CameraModel& stored_camera, const BetterVersion& better) {
   MapLoader loader(scope.base, parts.features, parts.map, parts.pool);
   VEDUTA_RETURN_IF_ERROR(loader.LoadToUnplace(stored.id));
-  const std::vector<FeatureMatch> counterparts = FindCounterparts(
-      {stored_camera, *stored.features, record.orientation},
-      {better.camera, *better.features.features, better.record.orientation});
+  const std::vector<FeatureMatch> counterparts =
+      FindCounterparts({stored_camera, *stored.features, record.orientation},
+                       {better.camera, *better.features.features, better.record.orientation});
   if (CountSeen(parts.map->image(stored.id), counterparts) < parts.options.mapper.observations_min)
     return false;
   MapImage with = UnplacedImage(better.features);

@@ -98,8 +98,8 @@ bool IsWorthRemembering(const SeamArea& seam, const LoopOptions& options) {
 }
 
 // Why the two are not believed to be one by what is proposed; nothing where they are. `text`
-// receives what speaks for and against it. `far_m`, where they are told to be apart on the earth: by
-// so much; only a loop can confirm it then.
+// receives what speaks for and against it. `far_m`: where they are told to be apart on the earth, by
+// so much; then only a loop can confirm it.
 std::optional<RefusedMerge> Refuse(const CityMap& map, const SeamArea& seam, ReconstructionId own,
                                    ReconstructionId other, const std::optional<Proposal>& proposal,
                                    const std::optional<double>& far_m, const MapperOptions& options,
@@ -194,9 +194,8 @@ Status TryMerge(const MappingContext& context, const MergeRequest& request,
   }
   std::optional<double> far_m;
   if (proposal) {
-    VEDUTA_ASSIGN_OR_RETURN(far_m,
-                            FindFarApart(context.loader->snapshot(), *context.map, seam,
-                                         outcome->into, other, proposal->into_from));
+    VEDUTA_ASSIGN_OR_RETURN(far_m, FindFarApart(context.loader->snapshot(), *context.map, seam,
+                                                outcome->into, other, proposal->into_from));
   }
   std::string evidence;
   if (auto refused =

@@ -12,7 +12,8 @@ namespace veduta {
 // like any other photo (LocalizePhoto), while the camera is refined by all that it then sees; anew,
 // twice at most, where that has changed the camera. A photo whose bytes are stored has the camera
 // that it was stored with. Where `copied` is given and the photo is a copy of a stored one, that
-// receives the copy's camera (FindCopiedCamera), and the photo is not localised. Errors, determinism and threads are those of LocalizePhoto.
+// receives the copy's camera (FindCopiedCamera), and the photo is not localised. Errors,
+// determinism and threads are those of LocalizePhoto.
 Result<LocalizedPhoto> LocalizeUnknown(const LocalizationParts& parts,
                                        const PhotoPreparer& preparer, const PhotoSource& source,
                                        std::optional<CameraRecord>* copied = nullptr);

@@ -138,12 +138,9 @@ Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_i
   return summary;
 }
 
-Result<std::vector<LensFactor>> AdjustBundleWithLenses(CityMap* map,
-                                                       std::span<const ImageId> images,
-                                                       std::span<const PointId> points,
-                                                       const std::map<ImageId, uint32_t>& lens_of,
-                                                       uint32_t lens_count,
-                                                       const BundleOptions& options) {
+Result<std::vector<LensFactor>> AdjustBundleWithLenses(
+    CityMap* map, std::span<const ImageId> images, std::span<const PointId> points,
+    const std::map<ImageId, uint32_t>& lens_of, uint32_t lens_count, const BundleOptions& options) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
   std::vector<LensFactor> lenses(lens_count);
   if (images.empty() || points.empty()) return lenses;

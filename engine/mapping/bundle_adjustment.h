@@ -30,15 +30,16 @@ Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_i
                                    std::span<const PointId> points, const BundleOptions& options,
                                    ThreadPool* pool);
 
-// The same with all images free, where focal lengths are refined, too: `lens_of` says which images
-// have one, and which of them have it in common, by numbers below `lens_count`. Features stay where
-// they are. One that moves is drawn to where it was, as by an observation of one pixel at 3 % of it.
-// All factors are 1, and nothing has moved, where there is no usable step. On one thread.
-// kInvalidArgument on bad options.
 struct LensFactor {
   double factor = 1;         // by how many times the focal length has grown
   double log_deviation = 0;  // its standard deviation over itself (LensDeviations)
 };
+
+// The same with all images free, where focal lengths are refined, too: `lens_of` says which images
+// have one, and which of them have it in common, by numbers below `lens_count`. Features stay where
+// they are. One that moves is drawn to where it was, as by an observation of one pixel at 3 % of
+// it. All factors are 1, and nothing has moved, where there is no usable step. On one thread.
+// kInvalidArgument on bad options.
 Result<std::vector<LensFactor>> AdjustBundleWithLenses(
     CityMap* map, std::span<const ImageId> images, std::span<const PointId> points,
     const std::map<ImageId, uint32_t>& lens_of, uint32_t lens_count, const BundleOptions& options);

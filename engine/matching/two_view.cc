@@ -282,8 +282,7 @@ namespace {
 // Matches that lie at the same place in both photos. Of these the five-point algorithm makes
 // nothing, for any translation explains them.
 std::vector<uint32_t> FindStandingStill(std::span<const Eigen::Vector2d> x_a,
-                                        std::span<const Eigen::Vector2d> x_b,
-                                        double distance_max) {
+                                        std::span<const Eigen::Vector2d> x_b, double distance_max) {
   std::vector<uint32_t> still;
   for (uint32_t i = 0; i < x_a.size(); ++i)
     if ((x_a[i] - x_b[i]).norm() <= distance_max) still.push_back(i);
