@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/door/camera_answer.h"
 #include "engine/door/dense.h"
 #include "engine/door/earth.h"
 #include "engine/door/submission.h"
@@ -216,17 +217,6 @@ struct LocalizedPhoto {
   StepTimes times;
   // Not Ok: the photo was not judged, for a reason that says nothing about it, as in AddOutcome.
   veduta::Status failure;
-};
-
-struct CameraAnswer {
-  CameraId id;
-  std::string name;
-  CameraModel model;
-  std::string source;
-  uint32_t version = 1;  // grows each time that its intrinsics are refined; the journal has each
-  // Standard deviation of the focal length over itself; nothing where it is not told, and of a
-  // camera that a person has named.
-  std::optional<double> focal_stddev_share;
 };
 
 struct VocabularyAnswer {

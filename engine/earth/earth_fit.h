@@ -48,11 +48,11 @@ struct EarthFit {
 
 // Robust least squares (Cauchy, of anchors and of the common errors of groups) over the seven
 // degrees of freedom, one common error for each group, and one of all open heights; from the best
-// of many pairs of anchors. Headings turn it about up, each group as one: a compass is off by some
-// ten degrees, and all photos of a person alike. Nothing where fewer than three anchors are given, or where these and
-// the directions leave the similarity open. The covariance counts what the errors of anchors and of
-// groups turn out to be, where that is more than they say. An anchor of a group that is far off
-// does not agree. Deterministic. O(anchors), for some hundred pairs.
+// of many pairs of anchors. Headings turn it about up, each group as one: a compass is off by
+// some ten degrees, and all photos of a person alike. Nothing where fewer than three anchors are
+// given, or where these and the directions leave the similarity open. The covariance counts what
+// the errors of anchors and of groups turn out to be, where that is more than they say. An anchor
+// of a group that is far off does not agree. Deterministic. O(anchors), for some hundred pairs.
 std::optional<EarthFit> FitEarth(std::span<const EarthAnchor> anchors,
                                  std::span<const EarthHeading> headings,
                                  std::span<const UpDirection> up);

@@ -98,8 +98,8 @@ bool IsWorthRemembering(const SeamArea& seam, const LoopOptions& options) {
 }
 
 // Why the two are not believed to be one by what is proposed; nothing where they are. `text`
-// receives what speaks for and against it. `far_m`: where they are told to be apart on the earth, by
-// so much; then only a loop can confirm it.
+// receives what speaks for and against it. `far_m`: by how much they are told to be apart on the
+// earth; then only a loop can confirm it.
 std::optional<RefusedMerge> Refuse(const CityMap& map, const SeamArea& seam, ReconstructionId own,
                                    ReconstructionId other, const std::optional<Proposal>& proposal,
                                    const std::optional<double>& far_m, const MapperOptions& options,
