@@ -74,11 +74,24 @@ class CameraSearch final {
         ImageFeatures::Make(ImageId(state.next_image), any,
                             std::make_shared<const Features>(photo_.features),
                             parts_.options.matched_count_max, ImageFeatures::Packing::kKept));
+    std::vector<RankedImage> near;
+    for (const ImageId id : parts_.near) near.push_back({id, 0.0});
+    if (!near.empty()) {
+      VEDUTA_ASSIGN_OR_RETURN(FoundCamera found, SearchAmong(*image, near, copied));
+      if (found.camera || (copied != nullptr && *copied)) return found;
+    }
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<RankedImage> candidates,
                             parts_.retrieval->Candidates(*parts_.snapshot, photo_.features));
     if (candidates.empty())
       return FoundCamera{{}, Reason::kNoCandidates, "nothing that is stored looks like it", {}};
-    VEDUTA_ASSIGN_OR_RETURN(const std::vector<Matched> matched, Match(*image, candidates));
+    return SearchAmong(*image, candidates, copied);
+  }
+
+ private:
+  Result<FoundCamera> SearchAmong(const ImageFeatures& image,
+                                  std::span<const RankedImage> candidates,
+                                  std::optional<CameraRecord>* copied) {
+    VEDUTA_ASSIGN_OR_RETURN(const std::vector<Matched> matched, Match(image, candidates));
     if (copied != nullptr && !matched.empty()) {
       VEDUTA_ASSIGN_OR_RETURN(*copied, FindCopied(matched.front()));
       if (*copied) return FoundCamera{{}, Reason::kNone, "it is a copy of a stored photo", {}};
@@ -88,7 +101,6 @@ class CameraSearch final {
     return found;
   }
 
- private:
   Result<std::vector<Matched>> Match(const ImageFeatures& photo,
                                      std::span<const RankedImage> candidates) {
     const PairOptions& options = parts_.options.neighbors.pair;

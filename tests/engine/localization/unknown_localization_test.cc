@@ -67,6 +67,22 @@ TEST(UnknownLocalization, FindsTheCameraWithThePose) {
   EXPECT_EQ(city.Digest(), before);
 }
 
+TEST(UnknownLocalization, WhereItWasTakenIsLookedFirst) {
+  City city;
+  city.Add(Walk(4, 1, 10));
+  const PhotoSource photo = TakeByPhone(TakePhoto({8, 90}).cam_from_world);
+  for (const char* near : {"", "#6", "#1"}) {
+    LocalizeRequest request{photo, ""};
+    request.near = near;
+    CityQuestions ask = city.Ask();
+    LocalizedPhoto localized;
+    EXPECT_OK(ask.door().Localize(std::vector<LocalizeRequest>{request},
+                                  [&](const LocalizedPhoto& one) { localized = one; }));
+    ASSERT_TRUE(localized.camera) << near << ": " << localized.detail;
+    EXPECT_NEAR(localized.camera->model.fx / Phone().fx, 1, 0.02) << near;
+  }
+}
+
 // The phone's is 38.4 mm.
 TEST(UnknownLocalization, AFocalLengthThatIsToldWronglyDoesNoHarm) {
   City city;
