@@ -45,14 +45,14 @@ int AddCamera(const CameraArguments& arguments) {
   return AddTo(arguments.db, arguments.name, {*model, "given on the command line", {}});
 }
 
-// Of a camera whose focal length photos have told; nothing of one that a person has named.
+// What a refinement has changed; nothing where there was none.
 std::string VersionText(const CameraAnswer& camera) {
-  std::string text;
-  if (camera.version > 1) text += "; version " + std::to_string(camera.version);
+  if (camera.version == 1) return {};
+  std::string text = "; version " + std::to_string(camera.version);
   if (camera.focal_stddev_share) {
     char share[32];
     std::snprintf(share, sizeof(share), "%.2g", 100 * *camera.focal_stddev_share);
-    text += "; its focal length to " + std::string(share) + " % now";
+    text += ", its focal length to " + std::string(share) + " %";
   }
   return text;
 }

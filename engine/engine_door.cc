@@ -54,7 +54,7 @@ Result<CameraId> Engine::AddCamera(const std::string& name, const CameraModel& m
   if (!IsPlainText(name, /*may_have_lines=*/false))
     return Status::InvalidArgument(
         "the name of a camera is UTF-8 without control characters, and this one is not");
-  return parts_->AddCamera(name, model, source);
+  return parts_->AddCamera({{}, name, model, source});
 }
 
 Result<std::vector<FirstCamera>> Engine::CalibrateFirst(std::span<PhotoSubmission> photos,

@@ -135,27 +135,25 @@ Result<std::optional<CameraRecord>> EngineParts::FindNamed(const std::string& na
   return std::optional(std::move(camera));
 }
 
-Result<CameraId> EngineParts::AddCamera(const std::string& name, const CameraModel& model,
-                                        const std::string& source, bool is_refinable) {
-  if (name.empty()) return Status::InvalidArgument("a camera needs a name");
+Result<CameraId> EngineParts::AddCamera(CameraRecord camera) {
+  if (camera.name.empty()) return Status::InvalidArgument("a camera needs a name");
   Writer::Turn turn = writer->Take();
   const std::unique_ptr<Transaction> transaction = turn.database().BeginTransaction();
   const std::shared_ptr<const Snapshot> snapshot = transaction->base();
-  const Result<CameraRecord> known = veduta::FindCamera(*snapshot, name);
+  const Result<CameraRecord> known = veduta::FindCamera(*snapshot, camera.name);
   if (known.ok()) {
-    if (known->model == model) return known->id;
+    if (known->model == camera.model) return known->id;
     return Status::AlreadyExists(
-        "camera '" + name +
+        "camera '" + camera.name +
         "' exists with other intrinsics; photos rely on it, so give the new one another name");
   }
   if (known.status().code() != StatusCode::kNotFound) return known.status();
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, snapshot->GetState());
-  const CameraId id(state.next_camera++);
-  const CameraRecord camera{id, name, model, source, is_refinable};
+  camera.id = CameraId(state.next_camera++);
   PutNewCamera(camera, &state, transaction.get());
   transaction->PutState(state);
   VEDUTA_RETURN_IF_ERROR(transaction->Commit());
-  return id;
+  return camera.id;
 }
 
 std::shared_ptr<EngineCaches> EngineParts::GetCaches() {

@@ -93,9 +93,8 @@ struct EngineParts {
   static const std::shared_ptr<const Snapshot>& SnapshotOf(const Questions& questions);
   static EngineParts& Of(const Questions& questions);
 
-  // Engine::AddCamera; `is_refinable` as CameraRecord has it.
-  Result<CameraId> AddCamera(const std::string& name, const CameraModel& model,
-                             const std::string& source, bool is_refinable = false);
+  // Engine::AddCamera, with all else that is known of it; the number is a new one.
+  Result<CameraId> AddCamera(CameraRecord camera);
   // The camera of that name, as it is now. Which one has a name is remembered: that never changes.
   Result<CameraRecord> FindCamera(const std::string& name);
   // The same of a submission, whose camera need not be named.

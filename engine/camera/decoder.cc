@@ -9,10 +9,9 @@ class InProcess final : public PhotoDecoder {
   PhotoExamination Examine(std::span<const uint8_t> bytes) const override {
     PhotoExamination found;
     found.header = ReadPhotoHeader(bytes);
-    const std::span<const uint8_t> exif = ExifOf(found.header, bytes);
-    found.camera = ReadExifCamera(exif);
-    found.gps = ReadExifGps(exif);
-    found.taken = ReadExifTaken(exif);
+    found.camera = ReadExifCamera(found.header.exif);
+    found.gps = ReadExifGps(found.header.exif);
+    found.taken = ReadExifTaken(found.header.exif);
     found.header.exif.clear();
     return found;
   }

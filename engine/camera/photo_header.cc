@@ -168,6 +168,7 @@ PhotoHeader ReadTiffHeader(Bytes bytes) {
   header.orientation = OrientationFromTags(tags);
   if (header.stored_size.empty())
     return Unreadable(PhotoFormat::kTiff, "the TIFF declares no pixels");
+  header.exif = ExifOfTiff(bytes);
   return header;
 }
 
@@ -267,10 +268,6 @@ const char* MediaTypeOf(PhotoFormat format) {
       break;
   }
   return "application/octet-stream";
-}
-
-Bytes ExifOf(const PhotoHeader& header, Bytes photo) {
-  return header.format == PhotoFormat::kTiff ? photo : Bytes(header.exif);
 }
 
 namespace {

@@ -30,13 +30,10 @@ struct PhotoHeader {
   int orientation = 1;         // 1 to 8 as EXIF numbers them; 1 if absent or senseless, and of HEIF
   int sensor_orientation = 1;  // how the camera was held: the same, and of HEIF what its EXIF says
   bool has_restarts = false;   // JPEG: restart markers between its rows
-  // The block of EXIF, of 64 KiB at most. Empty where there is none, and of a TIFF (ExifOf).
+  // The block of EXIF, of 64 KiB at most; of a TIFF what it tells itself (ExifOfTiff). Empty where
+  // there is none.
   std::vector<uint8_t> exif;
 };
-
-// What to read as the photo's EXIF: its header's block, or of a TIFF the photo itself, whose tags
-// may lie anywhere in it.
-std::span<const uint8_t> ExifOf(const PhotoHeader& header, std::span<const uint8_t> photo);
 
 // Recognises JPEG (baseline, extended and progressive Huffman, 8 bits, grey or three components),
 // PNG, classic TIFF, WebP (one picture, no film) and HEIF (HEIC; no AVIF) by their signatures, and

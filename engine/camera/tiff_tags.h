@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace veduta {
 
@@ -18,5 +19,11 @@ struct TiffTags {
 // Nothing if the structure is broken: no header, or a directory that is not within the bytes. A tag
 // of a wrong type or count is as good as absent; of equal tags the first counts.
 std::optional<TiffTags> ReadTiffTags(std::span<const uint8_t> bytes);
+
+// The tags of a TIFF that say something of the camera, the time and the place, as a block of EXIF
+// of its own: those of its first directory and of the two that this leads to (34665 of EXIF, 34853
+// of GPS), without values of more than 256 bytes. Empty where the structure is broken. 64 KiB at
+// most.
+std::vector<uint8_t> ExifOfTiff(std::span<const uint8_t> bytes);
 
 }  // namespace veduta

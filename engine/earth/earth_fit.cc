@@ -40,6 +40,10 @@ constexpr double kToldDeviationMax = 300;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kCompassDeviation = 10 * kDegree, kHeadingDeviation = 15 * kDegree;
 constexpr double kLevelShareMin = 0.3;
+// Headings of one group that are looked at for each of many first similarities, and how well those
+// of one group must agree to tell anything. Chosen by hand; not measured.
+constexpr size_t kHeadingsScoredMax = 50;
+constexpr double kResultantMin = 0.3;
 // The median of a squared standard normal error.
 constexpr double kMedianSquare = 0.4549;
 
@@ -142,10 +146,8 @@ class Fitter {
       const double deviation = std::hypot(anchor.deviation_m.head<2>().maxCoeff(), slack_m);
       sum += std::log1p(error.squaredNorm() / (deviation * deviation));
     }
-    for (const auto& [group, headings] : compasses_) {
-      const Compass compass = Read(headings, s);
-      sum += std::log1p(compass.squared());
-    }
+    for (const auto& [group, headings] : compasses_)
+      sum += std::log1p(Read(headings, s, kHeadingsScoredMax).squared());
     return sum;
   }
 
@@ -214,20 +216,27 @@ class Fitter {
     double squared() const { return error * error * information; }
   };
 
-  static Compass Read(std::span<const EarthHeading> headings, const Sim3& s) {
+  // Of up to so many of them, evenly.
+  static Compass Read(std::span<const EarthHeading> headings, const Sim3& s,
+                      size_t count_max = std::numeric_limits<size_t>::max()) {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     size_t count = 0;
-    for (const EarthHeading& heading : headings) {
-      const Eigen::Vector3d forward = s.rotation * heading.forward;
+    const size_t stride = 1 + (headings.size() - 1) / count_max;
+    for (size_t i = 0; i < headings.size(); i += stride) {
+      const Eigen::Vector3d forward = s.rotation * headings[i].forward;
       if (forward.head<2>().norm() < kLevelShareMin) continue;
-      const double error = kDegree * heading.heading_deg - std::atan2(forward.x(), forward.y());
+      const double error = kDegree * headings[i].heading_deg - std::atan2(forward.x(), forward.y());
       sum += Eigen::Vector2d(std::cos(error), std::sin(error));
       ++count;
     }
     if (count == 0) return {};
-    const double variance = kCompassDeviation * kCompassDeviation +
-                            kHeadingDeviation * kHeadingDeviation / static_cast<double>(count);
-    return {std::atan2(sum.y(), sum.x()), 1 / variance};
+    // By how much they differ from each other: 1 where they agree (the mean resultant length;
+    // Mardia and Jupp, Directional Statistics, 2000).
+    const double number = static_cast<double>(count);
+    const double length = std::max(sum.norm() / number, kResultantMin);
+    const double own = std::max(kHeadingDeviation * kHeadingDeviation, -2 * std::log(length));
+    const double variance = kCompassDeviation * kCompassDeviation + own / number;
+    return {std::atan2(sum.y(), sum.x()), length > kResultantMin ? 1 / variance : 0};
   }
 
   Eigen::Vector3d CommonErrorOf(const EarthAnchor& anchor) const {

@@ -2,6 +2,7 @@
 #include "engine/ingest/far_apart.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 #include "engine/earth/earth_pose.h"
@@ -13,6 +14,7 @@ namespace {
 // Standard deviations, and metres besides: receivers between houses are off by more than they say.
 // Chosen by hand; not measured.
 constexpr double kFarDeviations = 4, kFarM = 20;
+constexpr double kElsewhereM = 10'000;
 
 // One that is only now founded has no place yet.
 Result<std::optional<EarthPlace>> PlaceOf(const Snapshot& snapshot, ReconstructionId id) {
@@ -45,7 +47,10 @@ Result<std::optional<double>> FindFarApart(const Snapshot& snapshot, const CityM
   const LocalFrame own_frame(own_place->origin), other_frame(other_place->origin);
   const Eigen::Vector3d there =
       own_frame.FromGeo(other_frame.ToGeo(other_place->enu_from_world * middle));
-  const double apart_m = (own_place->enu_from_world * carried - there).head<2>().norm();
+  const Eigen::Vector3d apart = own_place->enu_from_world * carried - there;
+  // Round the earth the plan of the one tells nothing of the other.
+  const bool is_elsewhere = std::abs(apart.z()) > kElsewhereM;
+  const double apart_m = is_elsewhere ? apart.norm() : apart.head<2>().norm();
   const double deviation_m = std::hypot(LargestDeviation(PositionCovariance(*own_place, carried)),
                                         LargestDeviation(PositionCovariance(*other_place, middle)));
   const bool is_far = apart_m > kFarDeviations * deviation_m + kFarM;

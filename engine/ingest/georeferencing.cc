@@ -11,6 +11,7 @@
 #include "engine/earth/earth_fit.h"
 #include "engine/earth/earth_pose.h"
 #include "engine/earth/local_frame.h"
+#include "engine/ingest/hypotheses.h"
 #include "engine/journal/journal.h"
 #include "engine/query/ground_sightings.h"
 #include "engine/query/living.h"
@@ -189,6 +190,18 @@ std::string TextOf(const Georeference& georeference) {
          told(georeference.place->ground_points, "surveyed points");
 }
 
+// Merges were refused by where this reconstruction was on the earth.
+Status JudgeFarApartAnew(ReconstructionId reconstruction, const WriteScope& scope) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<HypothesisRecord> all, scope.base->ListHypotheses());
+  for (const HypothesisRecord& hypothesis : all) {
+    const bool is_of_it = hypothesis.a == reconstruction || hypothesis.b == reconstruction;
+    if (!is_of_it || hypothesis.reason != RefusalReason::kFarApart) continue;
+    VEDUTA_RETURN_IF_ERROR(
+        MakeHypothesisDue(*scope.base, hypothesis.a, hypothesis.b, scope.transaction.get()));
+  }
+  return Status::Ok();
+}
+
 // Puts the record and, where there is something to tell, an entry of the journal.
 Status Look(const ReconstructionRecord& before, std::span<const GroundPoint> points, bool is_told,
             const std::string& actor, const WriteScope& scope, DatabaseState* state) {
@@ -205,6 +218,7 @@ Status Look(const ReconstructionRecord& before, std::span<const GroundPoint> poi
   if (now.place || before.georeference.place) {
     AppendJournal({0, 0, actor, "georeference", {}, record.id, TextOf(now)}, state,
                   scope.transaction.get());
+    VEDUTA_RETURN_IF_ERROR(JudgeFarApartAnew(record.id, scope));
   }
   scope.transaction->PutReconstruction(record);
   return Status::Ok();

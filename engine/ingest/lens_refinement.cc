@@ -75,7 +75,7 @@ Result<std::vector<CameraFamily>> ListFamilies(const Snapshot& snapshot, Reconst
     const auto known = std::find_if(begin, end, [&](const auto& entry) {
       const CameraRecord& main = families[entry.second].main();
       return IsNumberedName(camera.name, main.name) &&
-             camera.told_focal_share == main.told_focal_share &&
+             IsToldAlike(camera.told_focal_share, main.told_focal_share) &&
              IsOneLens(main.model, camera.model);
     });
     const size_t family = known != end ? known->second : families.size();
@@ -244,6 +244,8 @@ Result<std::vector<ImageId>> WriteLenses(const Snapshot& snapshot, Reconstructio
   for (CameraFamily& family : families) {
     const auto lens = std::ranges::find(lenses, family.main().id, &RefinedLens::camera);
     if (lens == lenses.end()) continue;
+    // There was no usable step, and nothing has changed.
+    if (lens->factor == 1 && lens->stddev_share == 0 && family.IsOne()) continue;
     if (family.IsShared()) KeepForOthers(&family, &known, state, transaction);
     CameraRecord refined = family.main();
     refined.model = Scaled(refined.model, lens->factor);

@@ -2,6 +2,7 @@
 #include "engine/localization/copied_camera.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,6 +39,16 @@ CameraModel Scaled(const CameraModel& camera, ImageSize size) {
   for (double* x : {&scaled.cx, &scaled.u0}) *x = (*x + 0.5) * across - 0.5;
   for (double* y : {&scaled.cy, &scaled.v0}) *y = (*y + 0.5) * down - 0.5;
   return scaled;
+}
+
+// Up to rounding.
+bool IsSame(const CameraModel& a, const CameraModel& b) {
+  const auto is_near = [](double x, double y) {
+    return std::abs(x - y) <= 1e-9 * (1 + std::abs(x));
+  };
+  return a.width_px == b.width_px && a.height_px == b.height_px && is_near(a.fx, b.fx) &&
+         is_near(a.fy, b.fy) && is_near(a.cx, b.cx) && is_near(a.cy, b.cy) && is_near(a.k1, b.k1) &&
+         is_near(a.k2, b.k2) && is_near(a.u0, b.u0) && is_near(a.v0, b.v0);
 }
 
 int NotedOrientation(int orientation) {
@@ -79,7 +90,7 @@ Result<std::optional<CameraRecord>> FindCopiedCamera(const LocalizationParts& pa
   if (!CheckCamera(copied.model).ok()) return std::optional<CameraRecord>();
   VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraRecord> known, parts.snapshot->ListCameras());
   const auto same = std::ranges::find_if(known, [&](const CameraRecord& one) {
-    return one.model == copied.model && one.is_refinable == camera.is_refinable;
+    return IsSame(one.model, copied.model) && one.is_refinable == camera.is_refinable;
   });
   if (same != known.end()) return std::optional(std::move(*same));
   copied.name = camera.name + " at " + ImageSize{photo.width_px, photo.height_px}.Text();

@@ -93,7 +93,9 @@ class CameraSearch final {
                                   std::optional<CameraRecord>* copied) {
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<Matched> matched, Match(image, candidates));
     if (copied != nullptr && !matched.empty()) {
-      VEDUTA_ASSIGN_OR_RETURN(*copied, FindCopied(matched.front()));
+      Result<std::optional<CameraRecord>> found = FindCopied(matched.front());
+      VEDUTA_RETURN_IF_ERROR(PassOverDamaged(matched.front().image, found.status()));
+      if (found.ok()) *copied = std::move(*found);
       if (*copied) return FoundCamera{{}, Reason::kNone, "it is a copy of a stored photo", {}};
     }
     VEDUTA_ASSIGN_OR_RETURN(FoundCamera found, Estimate(matched));
@@ -259,6 +261,8 @@ Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPrepa
   }
   const double told_share = facts.focal_share.value_or(0),
                told_px = told_share * std::max(photo.width_px, photo.height_px);
+  // Here its pixels are upright, and it is stored as it is: with another camera.
+  if (facts.is_upside_down) copied = nullptr;
   VEDUTA_ASSIGN_OR_RETURN(FoundCamera found, CameraSearch(parts, photo, told_share).Run(copied));
   const double search_ms = watch.LapMs();
   LocalizedPhoto localized;

@@ -26,7 +26,8 @@ using Matrix26d = Eigen::Matrix<double, 2, 6>;
 using Cell = std::array<int64_t, 3>;
 
 // What one image sees of one point: derivatives of the error by the point and by the image's pose
-// and focal length, each times the weight, and so is the error.
+// and focal length, each times the weight of Cauchy's loss. These and the error are also times the
+// root of what the point counts (PointWeight).
 struct Seen {
   uint32_t image = 0;
   Matrix23d by_point;
@@ -46,16 +47,24 @@ class Network {
 
   std::vector<double> Deviations() const {
     const std::vector<double> none(lens_count_, 0.0);
-    const std::optional<Eigen::MatrixXd> follow = PosesByLens();
+    Sums sums{{},
+              Eigen::MatrixXd::Zero(Row(problem_.free_count), lens_count_),
+              Eigen::MatrixXd::Zero(lens_count_, lens_count_)};
+    sums.system.SetZero(pattern_);
+    std::vector<Seen> all;
+    for (size_t point = 0; point < problem_.points.size(); ++point) {
+      Look(point, &all);
+      Eigen::Matrix3d inverse;
+      if (InvertPoint(all, &inverse)) Eliminate(all, inverse, &sums);
+    }
+    // How poses move when a focal length grows and all that is seen is to be explained.
+    SystemSolver poses(pattern_, problem_.free_count <= options_.dense_images_max);
+    const std::optional<Eigen::MatrixXd> follow = poses.Solve(sums.system, kDamping, sums.right);
     if (!follow) return none;
-    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(lens_count_, lens_count_);
-    std::map<Cell, Eigen::VectorXd> scores;
-    for (size_t point = 0; point < problem_.points.size(); ++point)
-      AddPoint(point, *follow, &information, &scores);
-    constexpr double kPrior = 1 / (kLensFocalShare * kLensFocalShare);
-    Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(lens_count_, lens_count_);
-    for (const auto& [cell, score] : scores) spread += score * score.transpose();
+    Eigen::MatrixXd information = sums.lenses - sums.right.transpose() * *follow;
     const Eigen::VectorXd told = information.diagonal();
+    Eigen::MatrixXd spread = SpreadOfScores(*follow);
+    constexpr double kPrior = 1 / (kLensFocalShare * kLensFocalShare);
     information.diagonal().array() += kPrior;
     spread.diagonal().array() += kPrior;
     const Eigen::LLT<Eigen::MatrixXd> solver(information);
@@ -88,8 +97,8 @@ class Network {
       const Eigen::Vector2d error = ReprojectionError(camera, x_cam, observation.x_px, &by_cam);
       if (by_cam.isZero(0)) continue;
       const double scale = options_.loss_scale_px;
-      const double weight =
-          PointWeight(problem_, point, options_) / (1 + error.squaredNorm() / (scale * scale));
+      const double root = std::sqrt(PointWeight(problem_, point, options_));
+      const double weight = root / (1 + error.squaredNorm() / (scale * scale));
       Seen& seen = all->emplace_back();
       seen.image = observation.image;
       seen.x_px = observation.x_px;
@@ -99,12 +108,13 @@ class Network {
       seen.by_pose.rightCols<3>() = weight * by_cam;
       seen.by_log_focal = weight * Eigen::Vector2d(camera.fx * x_cam.x() / x_cam.z(),
                                                    camera.fy * x_cam.y() / x_cam.z());
-      seen.error = weight * error;
+      seen.error = root * error;
     }
   }
 
   // False where what is seen of a point does not determine it.
   static bool InvertPoint(std::span<const Seen> all, Eigen::Matrix3d* inverse) {
+    if (all.size() < 2) return false;
     Eigen::Matrix3d own = Eigen::Matrix3d::Zero();
     for (const Seen& seen : all) own += seen.by_point.transpose() * seen.by_point;
     bool is_invertible = false;
@@ -115,47 +125,59 @@ class Network {
   bool IsFree(uint32_t image) const { return image < problem_.free_count; }
   static Eigen::Index Row(uint32_t image) { return 6 * static_cast<Eigen::Index>(image); }
 
-  // How poses move when a focal length grows and all that is seen is to be explained: [poses x
-  // lenses].
-  std::optional<Eigen::MatrixXd> PosesByLens() const {
+  // What all points leave when they are eliminated: of the poses, of how these and the focal
+  // lengths hang together [poses x lenses], and of the focal lengths.
+  struct Sums {
     CameraSystem system;
-    system.SetZero(pattern_);
-    Eigen::MatrixXd right = Eigen::MatrixXd::Zero(Row(problem_.free_count), lens_count_);
-    std::vector<Seen> all;
-    for (size_t point = 0; point < problem_.points.size(); ++point) {
-      Look(point, &all);
-      Eigen::Matrix3d inverse;
-      if (InvertPoint(all, &inverse)) Eliminate(all, inverse, &system, &right);
-    }
-    SystemSolver solver(pattern_, problem_.free_count <= options_.dense_images_max);
-    return solver.Solve(system, kDamping, right);
-  }
+    Eigen::MatrixXd right, lenses;
+  };
 
-  void Eliminate(std::span<const Seen> all, const Eigen::Matrix3d& inverse, CameraSystem* system,
-                 Eigen::MatrixXd* right) const {
+  void Eliminate(std::span<const Seen> all, const Eigen::Matrix3d& inverse, Sums* sums) const {
     for (const Seen& a : all) {
-      if (!IsFree(a.image)) continue;
-      const Matrix6d own = a.by_pose.transpose() * a.by_pose;
-      system->blocks[pattern_.Diagonal(a.image)] += own;
-      system->diagonal.segment<6>(Row(a.image)) += own.diagonal();
-      if (const auto lens = lens_of_[a.image])
-        right->block<6, 1>(Row(a.image), *lens) -= a.by_pose.transpose() * a.by_log_focal;
-      const Eigen::Matrix<double, 6, 3> by_inverse = a.by_pose.transpose() * a.by_point * inverse;
-      size_t block = pattern_.RowBegin(a.image);
+      const auto own_lens = lens_of_[a.image];
+      const Eigen::RowVector3d by_lens = a.by_log_focal.transpose() * a.by_point * inverse;
+      if (own_lens) sums->lenses(*own_lens, *own_lens) += a.by_log_focal.squaredNorm();
       for (const Seen& b : all) {
-        const Eigen::Vector3d pull = b.by_point.transpose() * b.by_log_focal;
-        if (const auto lens = lens_of_[b.image])
-          right->block<6, 1>(Row(a.image), *lens) += by_inverse * pull;
-        if (b.image > a.image) continue;
-        block = pattern_.Find(a.image, pattern_.RowBegin(a.image), b.image);
-        system->blocks[block] -= by_inverse * (b.by_point.transpose() * b.by_pose);
+        const auto lens = lens_of_[b.image];
+        if (own_lens && lens)
+          sums->lenses(*own_lens, *lens) -= by_lens * (b.by_point.transpose() * b.by_log_focal);
       }
+      if (IsFree(a.image)) EliminateForPose(a, all, inverse, sums);
     }
   }
 
-  // What is left of the errors' derivatives by the focal lengths when poses and points follow.
-  void AddPoint(size_t point, const Eigen::MatrixXd& follow, Eigen::MatrixXd* information,
-                std::map<Cell, Eigen::VectorXd>* scores) const {
+  void EliminateForPose(const Seen& a, std::span<const Seen> all, const Eigen::Matrix3d& inverse,
+                        Sums* sums) const {
+    const Matrix6d own = a.by_pose.transpose() * a.by_pose;
+    sums->system.blocks[pattern_.Diagonal(a.image)] += own;
+    sums->system.diagonal.segment<6>(Row(a.image)) += own.diagonal();
+    if (const auto lens = lens_of_[a.image])
+      sums->right.block<6, 1>(Row(a.image), *lens) -= a.by_pose.transpose() * a.by_log_focal;
+    const Eigen::Matrix<double, 6, 3> by_inverse = a.by_pose.transpose() * a.by_point * inverse;
+    for (const Seen& b : all) {
+      if (const auto lens = lens_of_[b.image]) {
+        sums->right.block<6, 1>(Row(a.image), *lens) +=
+            by_inverse * (b.by_point.transpose() * b.by_log_focal);
+      }
+      if (b.image > a.image) continue;
+      const size_t block = pattern_.Find(a.image, pattern_.RowBegin(a.image), b.image);
+      sums->system.blocks[block] -= by_inverse * (b.by_point.transpose() * b.by_pose);
+    }
+  }
+
+  // The sum of s s' over the cells of the pictures, where s is the derivative of the cost by the
+  // focal lengths when poses and points follow.
+  Eigen::MatrixXd SpreadOfScores(const Eigen::MatrixXd& follow) const {
+    std::map<Cell, Eigen::VectorXd> scores;
+    for (size_t point = 0; point < problem_.points.size(); ++point)
+      AddScores(point, follow, &scores);
+    Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(lens_count_, lens_count_);
+    for (const auto& [cell, score] : scores) spread += score * score.transpose();
+    return spread;
+  }
+
+  void AddScores(size_t point, const Eigen::MatrixXd& follow,
+                 std::map<Cell, Eigen::VectorXd>* scores) const {
     std::vector<Seen> all;
     Look(point, &all);
     Eigen::Matrix3d inverse;
@@ -169,11 +191,13 @@ class Network {
       pull += seen.by_point.transpose() * own;
     }
     const Eigen::Matrix3Xd move = inverse * pull;
+    // The point takes three of the numbers observed, and the errors are so much smaller for that.
+    const double observed = 2 * static_cast<double>(all.size());
+    const double leave_out = observed / (observed - 3);
     for (size_t i = 0; i < all.size(); ++i) {
       const Eigen::Matrix2Xd left = by_lens[i] - all[i].by_point * move;
-      *information += left.transpose() * left;
       scores->try_emplace(CellOf(all[i]), Eigen::VectorXd::Zero(lens_count_)).first->second +=
-          left.transpose() * all[i].error;
+          leave_out * left.transpose() * all[i].error;
     }
   }
 

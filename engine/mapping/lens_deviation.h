@@ -20,8 +20,8 @@ namespace veduta {
 // over cells of the pictures, as in CovarianceInNetwork (network_covariance.h), without its
 // corrections for few cells. The weights are those of Cauchy's loss. What a lens was drawn to by
 // the solver counts as well. 0 for a lens that the observations do not determine, and for all where
-// the poses are left open. O(observations * (track length + lenses), and one factorisation of the
-// poses). Deterministic.
+// the poses are left open. O(observations * (track length + lenses) + cells * lenses^2), and one
+// factorisation of the poses. Deterministic.
 std::vector<double> LensDeviations(const BundleOptions& options,
                                    std::span<const std::optional<uint32_t>> lens_of,
                                    uint32_t lens_count, const BundleProblem& problem);

@@ -19,7 +19,9 @@ double Explains(const CenteredMatches& pair, double focal_px, uint64_t seed,
   for (const Eigen::Vector2d& x : pair.a) a.push_back(x / focal_px);
   for (const Eigen::Vector2d& x : pair.b) b.push_back(x / focal_px);
   const TwoViewGeometry geometry = EstimateTwoView(a, b, focal_px, seed, options);
-  if (geometry.outcome != TwoViewOutcome::kVerified) return 0;
+  // What has not moved tells nothing.
+  if (geometry.outcome != TwoViewOutcome::kVerified || geometry.geometry == PairGeometry::kRotation)
+    return 0;
   const Eigen::Matrix3d essential = EssentialFromPose(geometry.b_from_a);
   double sum = 0;
   for (const uint32_t i : geometry.inliers) {

@@ -307,6 +307,7 @@ TwoViewGeometry EstimateTwoView(std::span<const Eigen::Vector2d> x_a,
     result.outcome = TwoViewOutcome::kVerified;
     result.geometry = PairGeometry::kRotation;
     result.b_from_a.translation = Eigen::Vector3d::UnitZ();
+    result.b_from_a = RefineTwoView(result.b_from_a, x_a, x_b, 0.5 * distance_max);
     result.inliers = std::move(still);
     return result;
   }

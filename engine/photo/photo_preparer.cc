@@ -140,6 +140,7 @@ Result<PhotoFacts> PhotoPreparer::Look(const PhotoSource& source) const {
     if (header.outcome == HeaderOutcome::kRead) {
       facts.focal_share = FocalShareOf(examined.camera, header.stored_size);
       facts.shape = ShapeOf(header);
+      facts.is_upside_down = header.orientation == 3;
     }
     return facts;
   } catch (const std::exception&) {

@@ -82,6 +82,7 @@ struct PhotoFacts {
   std::optional<double> focal_share = {};  // FocalShareOf
   std::string shape;  // size and orientation, the same for photos of one camera that was not
                       // turned; empty where the file is not a photo
+  bool is_upside_down = false;  // its pixels are stored half round (EXIF's orientation 3)
 };
 
 // The database, the tables and the decoder must outlive it. Thread-safe; a call waits while photos

@@ -206,10 +206,10 @@ Status CheckPhoto(const CheckedCity& city, const ImageRecord& image, std::string
           (image.orientation == header.orientation && is_as_stored),
       [&] { return NameOf(image.id) + ": the stored photo does not say that it is turned so"; });
   // One that was added before positions were read has none.
-  violations->Expect(!image.gps || HoldsExifGps(ExifOf(header, bytes), *image.gps), [&] {
+  violations->Expect(!image.gps || HoldsExifGps(header.exif, *image.gps), [&] {
     return NameOf(image.id) + ": the stored photo does not say that it was taken there";
   });
-  violations->Expect(!image.taken || image.taken == ReadExifTaken(ExifOf(header, bytes)), [&] {
+  violations->Expect(!image.taken || image.taken == ReadExifTaken(header.exif), [&] {
     return NameOf(image.id) + ": the stored photo does not say that it was taken then";
   });
   if (city.preparer == nullptr) return Status::Ok();

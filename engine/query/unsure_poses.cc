@@ -375,8 +375,7 @@ Result<std::string> KeyOf(const Snapshot& snapshot, const std::vector<Hypothesis
 }  // namespace
 
 bool TellsPlacesApart(RefusalReason reason) {
-  return reason == RefusalReason::kMissingStructure || reason == RefusalReason::kContradicted ||
-         reason == RefusalReason::kFarApart;
+  return reason == RefusalReason::kMissingStructure || reason == RefusalReason::kContradicted;
 }
 
 bool IsMostlyElsewhere(size_t beside, size_t elsewhere) {

@@ -30,6 +30,7 @@ void TakeNewerLens(CameraId id, HealingWork* healing) {
       "it has that of the journal");
   camera.model = told->second.model;
   camera.is_refinable = told->second.is_refinable;
+  camera.focal_stddev_share = 0;  // which the journal does not tell
 }
 
 bool SameDescriptors(const Result<Features>& stored, const Features& features) {

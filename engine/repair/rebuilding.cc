@@ -196,10 +196,9 @@ Status AddLoosePhotos(const HealingWork& healing, Engine* engine) {
 Result<std::vector<RepairNotes::Finding>> RebuildFromPhotos(const HealingWork& healing,
                                                             Engine* engine) {
   for (const auto& [id, camera] : healing.cameras) {
-    VEDUTA_RETURN_IF_ERROR(
-        EngineParts::Of(*engine)
-            .AddCamera(camera.name, camera.model, camera.source, camera.is_refinable)
-            .status());
+    CameraRecord added = camera;
+    added.awaited = nullptr;
+    VEDUTA_RETURN_IF_ERROR(EngineParts::Of(*engine).AddCamera(std::move(added)).status());
   }
   std::vector<PhotoToAdd> photos;
   for (const auto& [id, image] : healing.images) {

@@ -54,7 +54,7 @@ Status Check(const HypothesisRecord& record) {
   if (record.kind != HypothesisKind::kMerge)
     return Broken("kind of a hypothesis", static_cast<int>(record.kind), "1");
   if (record.reason < RefusalReason::kFewPairs || record.reason > RefusalReason::kFarApart)
-    return Broken("reason of a refusal", static_cast<int>(record.reason), "1 to 7");
+    return Broken("reason of a refusal", static_cast<int>(record.reason), "1 to 8");
   const Sim3& s = record.a_from_b;
   if (!(std::isfinite(s.scale) && s.scale > 0))
     return Broken("scale of a_from_b", s.scale, "finite and above 0");

@@ -85,6 +85,48 @@ TEST(PhotoHeader, WhatIsNoPhotoIsSaid) {
   EXPECT_NE(ReadPhotoHeader(big_tiff).detail.find("BigTIFF"), std::string::npos);
 }
 
+// A TIFF whose directories and values lie where they like, in both byte orders: one value is within
+// its entry, one behind it, one is too large, one leads nowhere, and the directories lead to each
+// other.
+TEST(TiffTags, ABlockOfExifHasWhatIsSmallAndSound) {
+  for (const bool is_big_endian : {false, true}) {
+    FileBytes bytes;
+    const auto put = [&](uint32_t number, int size) {
+      for (int i = 0; i < size; ++i) {
+        const int shift = 8 * (is_big_endian ? size - 1 - i : i);
+        bytes.push_back(static_cast<uint8_t>(number >> shift));
+      }
+    };
+    const auto entry = [&](uint32_t tag, uint32_t type, uint32_t count, uint32_t value) {
+      put(tag, 2), put(type, 2), put(count, 4), put(value, 4);
+    };
+    const char order = is_big_endian ? 'M' : 'I';
+    bytes = {static_cast<uint8_t>(order), static_cast<uint8_t>(order)};
+    put(42, 2), put(8, 4);
+    put(5, 2);
+    entry(257, 4, 1, 77);
+    entry(272, 2, 6, 110);     // "Model"
+    entry(273, 4, 1000, 110);  // strips: too large
+    entry(305, 2, 20, 0xFFFFFFF0);
+    entry(34665, 4, 1, 80);
+    put(0, 4);
+    bytes.resize(80);
+    put(1, 2), entry(34665, 4, 1, 8), put(0, 4);
+    bytes.resize(110);
+    for (const char c : {'M', 'o', 'd', 'e', 'l', '\0'}) bytes.push_back(static_cast<uint8_t>(c));
+    const FileBytes block = ExifOfTiff(bytes);
+    EXPECT_LT(block.size(), 200u);
+    const auto tags = ReadTiffTags(block);
+    ASSERT_TRUE(tags);
+    EXPECT_EQ(tags->height_px, 77u);
+    const std::string text(block.begin(), block.end());
+    EXPECT_NE(text.find("Model"), std::string::npos);
+    for (size_t size = 0; size < bytes.size(); ++size)
+      EXPECT_LT(ExifOfTiff({bytes.data(), size}).size(), 200u);
+  }
+  EXPECT_TRUE(ExifOfTiff({}).empty());
+}
+
 TEST(TiffTags, TheFirstOfEqualTagsAndNoneOfAWrongType) {
   FileBytes bytes;
   Append(&bytes, {'I', 'I', 42, 0, 8, 0, 0, 0, 5, 0});

@@ -38,14 +38,14 @@ BundleProblem ProblemOf(const SyntheticScene& scene) {
 }
 
 TEST(LensDeviation, IsHowMuchTheFocalLengthVaries) {
-  constexpr int kSeeds = 40;
+  constexpr int kSeeds = 60;
   for (const uint32_t lens_count : {1u, 2u}) {
     std::vector<double> squares(lens_count), told(lens_count);
     for (int seed = 1; seed <= kSeeds; ++seed) {
       SceneOptions options;
       options.seed = 7;
       options.point_count = 150;
-      options.noise_px = 0.5;
+      options.noise_px = 0;
       SyntheticScene scene = MakeScene(options);
       BundleProblem problem = ProblemOf(scene);
       SeededRandom random(seed);
@@ -68,8 +68,10 @@ TEST(LensDeviation, IsHowMuchTheFocalLengthVaries) {
     }
     for (uint32_t lens = 0; lens < lens_count; ++lens) {
       const double spread = std::sqrt(squares[lens]);
-      EXPECT_GT(told[lens], 0.6 * spread) << lens_count;
-      EXPECT_LT(told[lens], 1.6 * spread) << lens_count;
+      std::printf("focal lengths vary by %.4f %%, and %.4f %% is told\n", 100 * spread,
+                  100 * told[lens]);
+      EXPECT_GT(told[lens], 0.75 * spread) << lens_count;
+      EXPECT_LT(told[lens], 1.35 * spread) << lens_count;
     }
   }
 }

@@ -83,7 +83,7 @@ TEST(TwoView, NamesPlanesAndRotations) {
 
 // A copy of a photo, and a photo from the same tripod: any translation explains the matches.
 TEST(TwoView, WhatHasNotMovedIsARotation) {
-  for (const double noise_px : {0.0, 0.3}) {
+  for (const double noise_px : {0.0, 0.3, 1.2}) {
     Matches m = MakeMatches(Kind::kGeneral, 200, 0, 0, 3);
     SeededRandom random(4);
     for (size_t i = 0; i < m.a.size(); ++i) {
@@ -94,7 +94,7 @@ TEST(TwoView, WhatHasNotMovedIsARotation) {
     EXPECT_EQ(found.outcome, TwoViewOutcome::kVerified);
     EXPECT_EQ(found.geometry, PairGeometry::kRotation);
     EXPECT_GE(found.inliers.size(), 185u);
-    EXPECT_LT(found.b_from_a.rotation.angularDistance(Eigen::Quaterniond::Identity()), 1e-6);
+    EXPECT_LT(found.b_from_a.rotation.angularDistance(Eigen::Quaterniond::Identity()), 2e-3);
     EXPECT_NEAR(found.b_from_a.translation.norm(), 1, 1e-12);
   }
 }

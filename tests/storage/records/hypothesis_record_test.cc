@@ -72,7 +72,7 @@ TEST(HypothesisRecord, RefusesWhatBreaksARule) {
       {[](HypothesisRecord* r) { r->b = r->a; }, "second reconstruction"},
       {[](HypothesisRecord* r) { r->kind = static_cast<HypothesisKind>(2); }, "kind"},
       {[](HypothesisRecord* r) { r->reason = static_cast<RefusalReason>(0); }, "reason"},
-      {[](HypothesisRecord* r) { r->reason = static_cast<RefusalReason>(8); }, "reason"},
+      {[](HypothesisRecord* r) { r->reason = static_cast<RefusalReason>(9); }, "reason"},
       {[](HypothesisRecord* r) { r->a_from_b.scale = 0; }, "scale"},
       {[](HypothesisRecord* r) { r->a_from_b.scale = kNan; }, "scale"},
       {[](HypothesisRecord* r) { r->a_from_b.translation.x() = kNan; }, "translation"},

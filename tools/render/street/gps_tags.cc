@@ -50,7 +50,7 @@ Eigen::Vector3d ReceivedPosition(const Eigen::Vector3d& center_m, double deviati
 
 GpsFix FixAt(const Eigen::Vector3d& position_m, double accuracy_m) {
   const GeoPosition position = LocalFrame(kStreetOrigin).ToGeo(position_m);
-  return {position.latitude_deg, position.longitude_deg, position.height_m, accuracy_m};
+  return {position.latitude_deg, position.longitude_deg, position.height_m, accuracy_m, {}};
 }
 
 Result<std::vector<uint8_t>> WithGpsTags(std::span<const uint8_t> jpeg, const GpsFix& fix) {
