@@ -69,6 +69,58 @@ Status Look(SceneDatabase* scene) {
   return LookForPlace(ReconstructionId(1), BeginWrite(scene->database()));
 }
 
+TEST(Georeferencing, WhatWasRefusedForThePlaceIsJudgedAnew) {
+  SceneDatabase scene;
+  Prepare(&scene, 6, 6);
+  const auto transaction = scene.database()->BeginTransaction();
+  for (const auto& [b, reason] :
+       {std::pair(2u, RefusalReason::kFarApart), std::pair(3u, RefusalReason::kContradicted)}) {
+    HypothesisRecord hypothesis;
+    hypothesis.a = ReconstructionId(1);
+    hypothesis.b = ReconstructionId(b);
+    hypothesis.reason = reason;
+    hypothesis.images = {ImageId(1)};
+    transaction->PutHypothesis(hypothesis);
+  }
+  ASSERT_OK(transaction->Commit());
+  ASSERT_OK(Look(&scene));
+  const auto all = scene.Snap()->ListHypotheses();
+  ASSERT_OK(all);
+  ASSERT_EQ(all->size(), 2u);
+  EXPECT_TRUE((*all)[0].is_due);
+  EXPECT_FALSE((*all)[1].is_due);
+}
+
+// Cameras that look where the photos say, though all of these stand at one place: the heading is
+// told by them alone.
+TEST(Georeferencing, CompassesCount) {
+  double deviation_deg[2] = {0, 0};
+  for (const bool has_compass : {false, true}) {
+    SceneDatabase scene;
+    Prepare(&scene, 6, 6);
+    const auto transaction = scene.database()->BeginTransaction();
+    for (uint32_t id = 1; id <= 6; ++id) {
+      ImageRecord image = *scene.Snap()->GetImage(ImageId(id));
+      image.gps->accuracy_m = 5;
+      if (has_compass) {
+        const auto pose = *scene.Snap()->FindPose(ImageId(id));
+        const Eigen::Vector3d forward =
+            pose->cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+        const double heading = std::atan2(forward.x(), forward.y()) * 180 / std::numbers::pi;
+        image.gps->heading_deg = heading < 0 ? heading + 360 : heading;
+      }
+      transaction->PutImage(image);
+    }
+    ASSERT_OK(transaction->Commit());
+    ASSERT_OK(Look(&scene));
+    const Georeference told = RecordOf(scene).georeference;
+    if (!told.place) continue;
+    deviation_deg[has_compass] = EarthAnswerOf(told).heading_stddev_deg;
+  }
+  EXPECT_GT(deviation_deg[true], 0);
+  if (deviation_deg[false] > 0) EXPECT_LT(deviation_deg[true], deviation_deg[false]);
+}
+
 TEST(Georeferencing, ALookFindsThePlace) {
   SceneDatabase scene;
   Prepare(&scene, 6, 6);

@@ -178,6 +178,7 @@ TEST(LoopSeams, ARefutedSeamMayCloseOneWhereSomethingContradictsIt) {
     EXPECT_FALSE(MayCloseLoop(reason)) << "not over the similarity itself";
   }
   EXPECT_TRUE(MayCloseLoop(SeamOf(kFirst, kSecond)));
+  EXPECT_TRUE(MayCloseLoop(SeamOf(kFirst, kSecond, {}, RefusalReason::kFarApart)));
   EXPECT_FALSE(MayCloseLoop(SeamOf(kFirst, kSecond, {}, RefusalReason::kSplit)));
 }
 
