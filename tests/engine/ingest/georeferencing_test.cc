@@ -8,7 +8,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "engine/camera/orientation.h"
+#include "engine/earth/earth_pose.h"
 #include "engine/earth/local_frame.h"
 #include "tests/engine/ingest/scene_database.h"
 
