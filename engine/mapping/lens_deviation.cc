@@ -47,9 +47,9 @@ class Network {
 
   std::vector<double> Deviations() const {
     const std::vector<double> none(lens_count_, 0.0);
-    Sums sums{{},
-              Eigen::MatrixXd::Zero(Row(problem_.free_count), lens_count_),
-              Eigen::MatrixXd::Zero(lens_count_, lens_count_)};
+    Sums sums;
+    sums.right.setZero(Row(problem_.free_count), lens_count_);
+    sums.lenses.setZero(lens_count_, lens_count_);
     sums.system.SetZero(pattern_);
     std::vector<Seen> all;
     for (size_t point = 0; point < problem_.points.size(); ++point) {

@@ -7,6 +7,7 @@
 
 #include "engine/camera/orientation.h"
 #include "engine/camera/projection.h"
+#include "tests/storage/samples.h"
 
 namespace veduta {
 namespace {
