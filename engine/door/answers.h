@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "engine/door/camera_answer.h"
 #include "engine/door/dense.h"
 #include "engine/door/earth.h"
 #include "engine/door/submission.h"

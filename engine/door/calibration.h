@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 // Cameras, as the door offers them: calibration by printed markers or by photos of any place,
-// sheets to print, camera files and the text of cameras. Nothing here needs a database. Standard
-// library and plain structs only.
+// sheets to print, camera files and the text of cameras. Nothing here needs a database, but for the
+// cameras that one holds. Standard library and plain structs only.
 
 #include <array>
 #include <cstdint>
@@ -12,10 +12,23 @@
 #include <string_view>
 #include <vector>
 
+#include "storage/base/ids.h"
 #include "storage/base/status.h"
 #include "storage/model/camera.h"
 
 namespace veduta {
+
+// A camera of the city.
+struct CameraAnswer {
+  CameraId id;
+  std::string name;
+  CameraModel model;
+  std::string source;
+  uint32_t version = 1;  // grows each time that its intrinsics are refined; the journal has each
+  // Standard deviation of the focal length over itself; nothing where it is not told, and of a
+  // camera that a person has named.
+  std::optional<double> focal_stddev_share;
+};
 
 struct CalibrateRequest {
   std::vector<std::string> photo_paths;  // photos of markers, or of a scene; or

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "engine/door/ground_coordinates.h"
 #include "storage/base/ids.h"
 #include "storage/base/status.h"
 #include "storage/model/geo.h"
@@ -60,6 +59,15 @@ struct GroundPointAnswer {
   // Root mean square over its photos, of the point that they see; above 0 also where they see it
   // and the place of their reconstruction is not known. 0: it is not seen.
   double error_px = 0;
+};
+
+// What the coordinates of a file of surveyed points are, and what brings them to WGS 84.
+struct GroundCoordinates {
+  std::string name;       // as the first line of the file has it
+  std::string operation;  // what PROJ calls it; where lines need several, the least exact of them
+  // To how many metres the operation tells where on the earth a point is; distances between points
+  // stay as exact as they are. 0 where the datum stays; nothing where PROJ does not know.
+  std::optional<double> accuracy_m;
 };
 
 struct GeoreferenceRequest {

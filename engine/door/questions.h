@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/door/answers.h"
+#include "engine/door/calibration.h"
 #include "engine/door/contributing.h"
 #include "engine/door/dense.h"
 #include "engine/door/earth.h"

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/door/ground_coordinates.h"
+#include "engine/door/earth.h"
 #include "storage/base/status.h"
 #include "storage/model/geo.h"
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/door/answers.h"
+#include "engine/door/calibration.h"
 #include "engine/door/moderation.h"
 #include "engine/door/submission.h"
 #include "engine/query/unsure_poses.h"
