@@ -21,7 +21,7 @@ using veduta::MappedMemory;
 // A sound answer for a JPEG of 40 x 30 px, without its pixels.
 DecoderAnswer Sound(const DecoderRequest& request) {
   DecoderAnswer answer;
-  answer.orientation = 1;
+  answer.orientation = answer.sensor_orientation = 1;
   if (request.task == veduta::DecodeTask::kExamine) {
     answer.format = 1;
     answer.width_px = 40;
