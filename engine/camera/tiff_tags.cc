@@ -54,9 +54,9 @@ class Writer {
     PutLong(4, 8);
   }
 
-  // The entries of the directory there, and of those that it leads to, `depth` steps at most.
-  // Returns where it was put.
-  size_t PutDirectory(size_t directory, int depth) {
+  // The entries of the directory there, and of those that it leads to: two at most, however often
+  // it names them. Returns where it was put.
+  size_t PutDirectory(size_t directory) {
     std::vector<size_t> entries = from_.Entries(directory);
     std::erase_if(entries, [this](size_t entry) { return !IsKept(entry); });
     if (entries.size() > kEntriesMax) entries.resize(kEntriesMax);
@@ -68,7 +68,9 @@ class Writer {
       std::copy_n(from_.bytes.begin() + static_cast<ptrdiff_t>(entry), kEntrySize,
                   block_.begin() + static_cast<ptrdiff_t>(put));
       if (LeadsOn(entry)) {
-        const size_t next = depth > 0 ? PutDirectory(from_.Long(entry + 8), depth - 1) : 0;
+        const bool is_followed = followed_ < kFollowedMax;
+        if (is_followed) ++followed_;
+        const size_t next = is_followed ? PutDirectory(from_.Long(entry + 8)) : 0;
         PutLong(put + 8, static_cast<uint32_t>(next));
       } else if (SizeOf(entry) > 4) {
         PutLong(put + 8, static_cast<uint32_t>(block_.size()));
@@ -84,6 +86,7 @@ class Writer {
  private:
   static constexpr uint64_t kValueSizeMax = 256;
   static constexpr size_t kEntriesMax = 80;  // so that three directories have less than 64 KiB
+  static constexpr int kFollowedMax = 2;
 
   // Without what leads to other places, as makers' own notes and previews.
   bool IsKept(size_t entry) const {
@@ -114,6 +117,7 @@ class Writer {
   }
 
   const Reader& from_;
+  int followed_ = 0;
   std::vector<uint8_t> block_;
 };
 
@@ -123,7 +127,7 @@ std::vector<uint8_t> ExifOfTiff(std::span<const uint8_t> bytes) {
   const std::optional<Reader> reader = Open(bytes);
   if (!reader) return {};
   Writer writer(*reader);
-  writer.PutDirectory(reader->Long(4), 1);
+  writer.PutDirectory(reader->Long(4));
   return writer.Take();
 }
 

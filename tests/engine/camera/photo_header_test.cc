@@ -127,6 +127,24 @@ TEST(TiffTags, ABlockOfExifHasWhatIsSmallAndSound) {
   EXPECT_TRUE(ExifOfTiff({}).empty());
 }
 
+// Each of eighty entries leads to a directory of eighty values.
+TEST(TiffTags, ABlockOfExifStaysSmallHoweverOftenDirectoriesAreNamed) {
+  FileBytes bytes = {'I', 'I', 42, 0, 8, 0, 0, 0};
+  const auto put = [&](uint32_t number, int size) {
+    for (int i = 0; i < size; ++i) bytes.push_back(static_cast<uint8_t>(number >> (8 * i)));
+  };
+  constexpr uint32_t kEntries = 80, kNext = 8 + 2 + 12 * kEntries + 4;
+  put(kEntries, 2);
+  for (uint32_t i = 0; i < kEntries; ++i) put(34665, 2), put(4, 2), put(1, 4), put(kNext, 4);
+  put(0, 4);
+  put(kEntries, 2);
+  for (uint32_t i = 0; i < kEntries; ++i) put(1000 + i, 2), put(2, 2), put(256, 4), put(8, 4);
+  put(0, 4);
+  const FileBytes block = ExifOfTiff(bytes);
+  EXPECT_GT(block.size(), 2 * 256 * kEntries);
+  EXPECT_LE(block.size(), size_t{1} << 16);
+}
+
 TEST(TiffTags, TheFirstOfEqualTagsAndNoneOfAWrongType) {
   FileBytes bytes;
   Append(&bytes, {'I', 'I', 42, 0, 8, 0, 0, 0, 5, 0});
