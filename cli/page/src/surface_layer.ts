@@ -34,6 +34,7 @@ interface Tileset {
 class Surface {
   readonly tiles: TilesRenderer;
   private hasLoaded = false; // everything that the view needs has come once
+  private hasFailed = false; // a tile did not come
 
   constructor(api: Api, url: string, tileset: Tileset, layer: { changed(): void; failed(): void }) {
     this.tiles = new TilesRenderer(url);
@@ -53,11 +54,25 @@ class Surface {
       this.hasLoaded = true;
       layer.changed();
     });
-    this.tiles.addEventListener("load-error", () => layer.failed());
+    this.tiles.addEventListener("load-error", () => {
+      this.hasFailed = true;
+      layer.failed();
+    });
+  }
+
+  // Asks anew for what has failed.
+  retry(): void {
+    this.hasFailed = false;
+    this.tiles.resetFailedTiles();
+  }
+
+  // Nothing that the view needs is still to come. A tile may have failed.
+  get isLoaded(): boolean {
+    return this.hasLoaded && this.tiles.loadProgress === 1;
   }
 
   get isComplete(): boolean {
-    return this.hasLoaded && this.tiles.loadProgress === 1;
+    return this.isLoaded && !this.hasFailed;
   }
 
   get triangles(): number {
@@ -74,7 +89,7 @@ export class SurfaceLayer {
   onChange: () => void = () => {}; // something else is to be drawn
 
   private shown: Surface | null = null;
-  private next: Surface | null = null; // takes the place of `shown` once it is complete
+  private next: Surface | null = null; // takes the place of `shown` once it is loaded
   private id: number | null = null; // the reconstruction
   private tag = ""; // of the tileset that was asked for last
   private asking: AbortController | null = null;
@@ -149,7 +164,7 @@ export class SurfaceLayer {
       surface.tiles.group.updateMatrixWorld(true);
       surface.tiles.update();
     }
-    if (this.next?.isComplete) this.exchange();
+    if (this.next?.isLoaded) this.exchange();
   }
 
   private pace(isMoving: boolean): void {
@@ -197,8 +212,8 @@ export class SurfaceLayer {
     this.askAgainTimer ??= window.setTimeout(() => {
       this.askAgainTimer = null;
       this.askAgainMs = Math.min(2 * this.askAgainMs, ASK_AGAIN_MS_MAX);
-      this.shown?.tiles.resetFailedTiles();
-      this.next?.tiles.resetFailedTiles();
+      this.shown?.retry();
+      this.next?.retry();
       this.show(this.id).catch(() => {});
       this.onChange();
     }, this.askAgainMs);

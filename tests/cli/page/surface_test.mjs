@@ -31,6 +31,12 @@ const waitForView = (name, value) => browsing.waitForView(page, name, value);
 const shoot = (name) => page.screenshot({ path: join(outFolder, `${name}.png`) });
 const triangles = async () => Number(await viewData("triangles"));
 
+// Addresses of all tiles that the page has asked for.
+const fetched = new Set();
+page.on("request", (request) => {
+  if (request.url().endsWith(".glb")) fetched.add(request.url());
+});
+
 // Of all that is drawn: another surface has another one. (The tileset changes with the place on the
 // earth as well.)
 const rootName = () =>
@@ -40,6 +46,24 @@ const rootName = () =>
     return (await answer.json()).root.content.uri;
   });
 
+// The pass commits tile by tile: what the page shows in the end is the surface as it is then.
+async function waitForFinishedSurface() {
+  const isFinished = async () => {
+    const state = await page.evaluate(async () => (await (await fetch("/v1/dense")).json()).state);
+    const name = await rootName();
+    return (
+      state === "waiting" &&
+      [...fetched].some((url) => url.endsWith(name)) &&
+      (await viewData("surface")) === "complete"
+    );
+  };
+  const begun = Date.now();
+  while (!(await isFinished())) {
+    assert.ok(Date.now() - begun < DENSE_MS, "the page shows the surface of a finished pass");
+    await settle(200);
+  }
+}
+
 async function testAppears() {
   begin("the surface appears when it is made, without reloading");
   await page.goto(base, { waitUntil: "load" });
@@ -48,6 +72,7 @@ async function testAppears() {
     () => document.querySelector("#view").dataset.surface === "complete",
     { timeout: DENSE_MS },
   );
+  await waitForFinishedSurface();
   await settle();
   assert.ok((await triangles()) > 1000, `${await triangles()} triangles are drawn`);
   assert.ok(Number(await viewData("tiles")) > 0, "in tiles");
@@ -168,28 +193,16 @@ async function testGrows() {
   const cameras = await page.$$eval("#camera option", (nodes) => nodes.map((node) => node.value));
   await page.select("#camera", cameras[1]);
   const sent = Date.now();
+  fetched.clear();
   await (await page.$("#files")).uploadFile(resolve(photo));
   await page.waitForFunction(
     () => document.querySelector("#uploads li")?.dataset.verdict === "placed",
   );
-  const fetched = new Set();
-  page.on("request", (request) => {
-    if (request.url().endsWith(".glb")) fetched.add(request.url());
-  });
   while ((await rootName()) === before) {
     assert.ok(Date.now() - sent < DENSE_MS, "the surface changes");
     await settle(500);
   }
-  // The pass commits tile by tile: what the page shows in the end is the surface as it is then.
-  const isShown = async () => {
-    const name = await rootName();
-    const isFetched = [...fetched].some((url) => url.endsWith(name));
-    return isFetched && (await viewData("surface")) === "complete";
-  };
-  while (!(await isShown())) {
-    assert.ok(Date.now() - sent < DENSE_MS, "the page shows another surface");
-    await settle(200);
-  }
+  await waitForFinishedSurface();
   console.log(`  ${fetched.size} tiles were fetched, ${(Date.now() - sent) / 1000} s after it`);
   assert.ok((await triangles()) > 1000);
   await shoot("surface_grown");
