@@ -12,6 +12,7 @@
 #include "engine/localization/unknown_localization.h"
 #include "engine/ordered_report.h"
 #include "engine/parts.h"
+#include "engine/photo/carried_features.h"
 #include "engine/query/city_answers.h"
 #include "engine/query/earth_answers.h"
 #include "storage/base/option_bounds.h"
@@ -27,14 +28,14 @@ LocalizedPhoto Failed(const PhotoSource& photo, Status failure) {
 }
 
 LocalizedPhoto LocalizeOne(const LocalizationParts& parts, const PhotoPreparer& preparer,
-                           const PhotoSource& photo, const std::optional<CameraModel>& camera) {
+                           const PhotoSource& photo, const std::optional<CameraRecord>& camera) {
   if (!camera) {
     Result<LocalizedPhoto> localized = LocalizeUnknown(parts, preparer, photo);
     return localized.ok() ? std::move(*localized) : Failed(photo, localized.status());
   }
-  PreparedPhoto prepared = preparer.Extract(photo, camera);
+  PreparedPhoto prepared = ExtractCarried(preparer, photo, *camera);
   if (!prepared.failure.ok()) return Failed(photo, prepared.failure);
-  Result<LocalizedPhoto> localized = LocalizePhoto(parts, std::move(prepared), *camera);
+  Result<LocalizedPhoto> localized = LocalizePhoto(parts, std::move(prepared), camera->model);
   return localized.ok() ? std::move(*localized) : Failed(photo, localized.status());
 }
 
@@ -88,7 +89,7 @@ Status LocalizeRequest::Check() const {
 Status Questions::Localize(std::span<const LocalizeRequest> photos,
                            const std::function<void(const LocalizedPhoto&)>& report,
                            std::stop_token stop) const {
-  std::map<std::string, std::optional<CameraModel>> cameras;
+  std::map<std::string, std::optional<CameraRecord>> cameras;
   std::vector<std::vector<ImageId>> near(photos.size());
   for (size_t i = 0; i < photos.size(); ++i) {
     const LocalizeRequest& request = photos[i];
@@ -104,7 +105,7 @@ Status Questions::Localize(std::span<const LocalizeRequest> photos,
     if (cameras.contains(request.camera)) continue;
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera,
                             FindCamera(*view_->snapshot, request.camera));
-    cameras.emplace(request.camera, camera.model);
+    cameras.emplace(request.camera, camera);
   }
   EngineParts& parts = *view_->parts;
   OrderedReport<LocalizedPhoto> ordered(report);

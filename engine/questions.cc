@@ -85,7 +85,7 @@ Result<std::vector<NeighborAnswer>> Questions::Rank(const PhotoSource& photo,
   std::optional<CameraModel> model;
   if (!camera.empty()) {
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord record, FindCamera(*view_->snapshot, camera));
-    model = record.model;
+    model = record.extraction_model();
   }
   const PreparedPhoto prepared = parts.preparer->Extract(photo, model);
   VEDUTA_RETURN_IF_ERROR(prepared.failure);

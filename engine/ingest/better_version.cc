@@ -167,7 +167,7 @@ Result<bool> TakeBetterVersion(const IngestParts& parts, const ImageRecord& stor
   transaction->DeleteOriginal(stored.id);
   if (better.original) transaction->SealOriginal(stored.id, *better.original);
   transaction->PutImage(record);
-  transaction->KeepFeatures(record.photo, better.features.features);
+  transaction->KeepFeatures(record.photo, better.extracted);
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<ImageId> others,
                           ExchangePairs(base, stored.id, better, transaction));
   VEDUTA_RETURN_IF_ERROR(AddWords(base, stored.id, better.words, state, transaction));

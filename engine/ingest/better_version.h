@@ -17,7 +17,8 @@ struct BetterVersion {
   const ImageRecord& record;  // its camera is stored, or is by this transaction
   const CameraModel& camera;
   const ImageFeatures& features;
-  std::span<const PairRecord> pairs;  // verified; of record.id
+  std::shared_ptr<const Features> extracted;  // where the camera's extraction_model has them
+  std::span<const PairRecord> pairs;          // verified; of record.id
   std::span<const WordId> words;
   const std::vector<uint8_t>* original = nullptr;  // what its private areas were filled in
 };

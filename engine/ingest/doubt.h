@@ -50,10 +50,10 @@ struct DoubtedImage {
   std::string why;  // for a person
 };
 
-// A camera whose focal length has grown by so many times.
+// A camera whose lens was refined.
 struct RefinedLens {
   CameraId camera;
-  double factor = 1;
+  CameraModel model;
   // Standard deviation of the focal length over itself; 0 where the photos do not tell it.
   double stddev_share = 0;
 };
@@ -68,7 +68,7 @@ struct Healing {
   std::vector<PairEvidence> evidence;
   std::vector<std::vector<ImageId>> agreeing;
 
-  // How the focal lengths of cameras that the images have were refined before that.
+  // How cameras that the images have were refined before that.
   std::vector<RefinedLens> lenses;
 
   // Whether nothing is taken out.

@@ -21,6 +21,7 @@
 #include "engine/journal/camera_entry.h"
 #include "engine/journal/journal.h"
 #include "engine/photo/camera_group.h"
+#include "engine/photo/carried_features.h"
 #include "storage/base/memory_shortage.h"
 #include "storage/base/stopwatch.h"
 
@@ -205,6 +206,7 @@ Result<AddOutcome> Ingest::StoreRejection(const PreparedPhoto& photo, const Came
 
 struct ComparedPhoto {
   const ImageFeatures& features;
+  const std::shared_ptr<const Features>& extracted;
   std::span<const PairRecord> pairs;
   std::span<const WordId> words;
 };
@@ -228,8 +230,9 @@ Result<AddOutcome> Ingest::AnswerDouble(const StoredDouble& stored, const Prepar
   }
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   VEDUTA_ASSIGN_OR_RETURN(outcome.camera, PutCameraIfNew(camera, scope, &state, &record));
-  const BetterVersion better{record,         camera.model,   compared.features,
-                             compared.pairs, compared.words, photo.original.get()};
+  const BetterVersion better{
+      record,         camera.model,   compared.features,   compared.extracted,
+      compared.pairs, compared.words, photo.original.get()};
   VEDUTA_ASSIGN_OR_RETURN(outcome.replaced,
                           TakeBetterVersion(parts_, stored.image, better, record.contributor,
                                             std::move(state), std::move(scope)));
@@ -245,14 +248,15 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera
   VEDUTA_ASSIGN_OR_RETURN(DatabaseState state, scope.base->GetState());
   if (!record.id.valid()) record.id = ImageId(state.next_image++);
   parts_.TrimMap();
-  const auto features = std::make_shared<const Features>(std::move(photo.features));
-  VEDUTA_ASSIGN_OR_RETURN(const auto image, ImageFeatures::Make(record.id, camera.model, features,
-                                                                options_.matched_count_max,
-                                                                ImageFeatures::Packing::kKept));
+  const auto extracted = std::make_shared<const Features>(std::move(photo.features));
+  VEDUTA_ASSIGN_OR_RETURN(
+      const auto image,
+      ImageFeatures::Make(record.id, camera.model, Carried(camera, extracted),
+                          options_.matched_count_max, ImageFeatures::Packing::kKept));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<WordId> words,
-                          parts_.retrieval->Words(*scope.base, *features));
+                          parts_.retrieval->Words(*scope.base, *extracted));
   VEDUTA_ASSIGN_OR_RETURN(std::vector<RankedImage> candidates,
-                          parts_.retrieval->Candidates(*scope.base, *features));
+                          parts_.retrieval->Candidates(*scope.base, *extracted));
   if (photo.awaited) {
     VEDUTA_RETURN_IF_ERROR(
         AddPartners(*scope.base, *photo.awaited, record.contributor, &candidates));
@@ -277,7 +281,7 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera
                                       give_pose, photo.hash.Seed()));
   if (stored_double) {
     return AnswerDouble(*stored_double, photo, camera, std::move(record),
-                        {*image, located.search.pairs, words}, std::move(scope));
+                        {*image, extracted, located.search.pairs, words}, std::move(scope));
   }
   if (is_name_taken) return NameTakenBy(photo);
   watch.LapMs();
@@ -287,7 +291,7 @@ Result<AddOutcome> Ingest::Place(PreparedPhoto photo, const CameraRecord& camera
   VEDUTA_ASSIGN_OR_RETURN(const std::string new_camera,
                           PutCameraIfNew(camera, scope, &state, &record));
   VEDUTA_RETURN_IF_ERROR(WritePhoto(parts_, record, located, words, &state, scope));
-  scope.transaction->KeepFeatures(record.photo, features);
+  scope.transaction->KeepFeatures(record.photo, extracted);
   if (photo.original) scope.transaction->SealOriginal(record.id, *photo.original);
   VEDUTA_RETURN_IF_ERROR(scope.transaction->Commit());
   map_.ClearChanges();

@@ -9,8 +9,10 @@
 #include <string>
 #include <utility>
 
+#include "engine/camera/projection.h"
 #include "engine/journal/camera_entry.h"
 #include "engine/mapping/bundle_adjustment.h"
+#include "engine/mapping/lens_projection.h"
 #include "engine/photo/camera_group.h"
 
 namespace veduta {
@@ -20,27 +22,36 @@ namespace {
 // more.
 constexpr uint32_t kImagesMin = 12, kImagesMax = 600;
 constexpr double kGrowth = 1.5;
-// By how much at least, in the logarithm, a focal length must change that images of other
-// reconstructions rest on.
-constexpr double kChangeMin = 0.003;
+// By how much at least, over the longer side, rays must move in the photo where images of other
+// reconstructions rest on the lens: as far as a corner does by 0.3 % of the focal length.
+constexpr double kChangeMin = 0.0018;
 
-CameraModel Scaled(CameraModel model, double factor) {
-  model.fx *= factor, model.fy *= factor;
-  model.k1 *= factor * factor;
-  model.k2 *= factor * factor * factor * factor;
-  return model;
+// How far the rays through a corner of the photo, and halfway to it, move in it, over its longer
+// side; the larger of both.
+double ChangeOf(const CameraModel& before, const CameraModel& after) {
+  double change_px = 0;
+  for (const double share : {0.0, 0.25}) {
+    const Eigen::Vector2d place(share * before.width_px, share * before.height_px);
+    const auto ray = UndistortPixel(before, place);
+    if (!ray) return 1;
+    const Eigen::Vector2d moved =
+        DistortPixel(after, PixelFromNormalized(after, NormalizedFromPixel(before, *ray)));
+    change_px = std::max(change_px, (moved - place).norm());
+  }
+  return change_px / std::max(before.width_px, before.height_px);
 }
 
-// Whether the cameras differ by the focal length alone, so that features of their photos are the
-// same: one of them was refined where the other was not.
-bool IsOneLens(const CameraModel& a, const CameraModel& b) {
+// Whether the cameras straighten photos alike before features are extracted: one of them was
+// refined where the other was not. Older programs kept k1 and k2 in step with the focal length.
+bool IsOneLens(const CameraRecord& of_a, const CameraRecord& of_b) {
   const auto is_near = [](double x, double y) { return std::abs(x - y) <= 1e-9 * std::abs(x); };
-  const CameraModel scaled = Scaled(b, a.fx / b.fx);
+  const CameraModel &a = of_a.extraction_model(), &b = of_b.extraction_model();
+  const CameraModel scaled = ChangedLens(b, LensChange(std::log(a.fx / b.fx), 0, 0));
   return a.width_px == b.width_px && a.height_px == b.height_px && a.cx == b.cx && a.cy == b.cy &&
          a.u0 == b.u0 && a.v0 == b.v0 && is_near(a.k1, scaled.k1) && is_near(a.k2, scaled.k2);
 }
 
-// Cameras that differ by the focal length alone, and where images of them have their poses.
+// Cameras that began with one lens, and where images of them have their poses.
 struct CameraFamily {
   std::vector<CameraRecord> cameras;  // ascending; the first is the one that is refined
   std::vector<ImageRecord> own, others;
@@ -58,7 +69,7 @@ struct CameraFamily {
     return std::ranges::all_of(own,
                                [&](const ImageRecord& image) { return image.camera == main().id; });
   }
-  // Whether images of the others rest on the focal length that is refined.
+  // Whether images of the others rest on the lens that is refined.
   bool IsShared() const { return std::ranges::count(others, main().id, &ImageRecord::camera) > 0; }
 };
 
@@ -75,8 +86,7 @@ Result<std::vector<CameraFamily>> ListFamilies(const Snapshot& snapshot, Reconst
     const auto known = std::find_if(begin, end, [&](const auto& entry) {
       const CameraRecord& main = families[entry.second].main();
       return IsNumberedName(camera.name, main.name) &&
-             IsToldAlike(camera.told_focal_share, main.told_focal_share) &&
-             IsOneLens(main.model, camera.model);
+             IsToldAlike(camera.told_focal_share, main.told_focal_share) && IsOneLens(main, camera);
     });
     const size_t family = known != end ? known->second : families.size();
     if (known == end) families.emplace_back();
@@ -103,59 +113,83 @@ Result<std::vector<CameraFamily>> ListFamilies(const Snapshot& snapshot, Reconst
   return families;
 }
 
+// Gives an image the features that its stored ones are by a lens of its camera's family.
+Status SetLens(const MappingContext& context, ImageId id, const CameraRecord& camera) {
+  const Snapshot& snapshot = context.loader->snapshot();
+  VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
+  VEDUTA_ASSIGN_OR_RETURN(const auto features,
+                          context.loader->features()->Read(snapshot, image, camera));
+  context.map->SetLens(id, Pinhole(camera.model), features,
+                       std::make_shared<const FeatureGrid>(*features));
+  return Status::Ok();
+}
+
 // What a refinement changes of a map, to be put back to the last bit.
 class MapAsItWas final {
  public:
   MapAsItWas(CityMap* map, std::span<const ImageId> images) : map_(map) {
-    for (const ImageId id : images) {
-      const MapImage& image = map->image(id);
-      views_.push_back({id, image.camera, image.cam_from_world});
-    }
+    for (const ImageId id : images) poses_.push_back({id, map->image(id).cam_from_world});
     for (const PointId id : map->PointsSeenBy(images))
       points_.push_back({id, map->point(id).position});
   }
 
+  // But for the lenses: points are measured anew by those that the images have.
   void PutBack() const {
-    for (const View& view : views_) {
-      map_->SetCamera(view.image, view.camera);
-      map_->SetPose(view.image, view.cam_from_world);
-    }
+    for (const auto& [id, pose] : poses_) map_->SetPose(id, pose);
     for (const auto& [id, position] : points_) map_->SetPosition(id, position);
   }
 
  private:
-  struct View {
-    ImageId image;
-    Pinhole camera;
-    Rigid3 cam_from_world;
-  };
-
   CityMap* const map_;
-  std::vector<View> views_;
+  std::vector<std::pair<ImageId, Rigid3>> poses_;
   std::vector<std::pair<PointId, Eigen::Vector3d>> points_;
 };
 
-// Refines the focal lengths of the families, each of which has one.
+// The camera with another lens than the one that it had.
+CameraRecord WithLens(CameraRecord camera, const CameraModel& model) {
+  camera.refined_from = camera.extraction_model();
+  camera.model = model;
+  return camera;
+}
+
+// Refines the lenses of the families, whose images have that of their first camera.
 Result<std::vector<RefinedLens>> Refine(const MappingContext& context,
                                         std::span<const ImageId> images,
                                         std::span<const CameraFamily> families) {
   std::map<ImageId, uint32_t> lens_of;
-  std::vector<RefinedLens> lenses;
+  std::vector<BundleLens> lenses;
   for (const CameraFamily& family : families) {
     for (const ImageRecord& image : family.own)
       lens_of[image.id] = static_cast<uint32_t>(lenses.size());
-    lenses.push_back({family.main().id, 1, 0});
+    lenses.push_back({family.main().model});
   }
-  if (lenses.empty()) return lenses;
-  VEDUTA_ASSIGN_OR_RETURN(
-      const std::vector<LensFactor> factors,
-      AdjustBundleWithLenses(context.map, images, context.map->PointsSeenBy(images), lens_of,
-                             static_cast<uint32_t>(lenses.size()), context.options.global_bundle));
-  for (size_t i = 0; i < lenses.size(); ++i) {
-    lenses[i].factor = factors[i].factor;
-    lenses[i].stddev_share = factors[i].log_deviation;
+  const LensSetter set_lens = [&](ImageId id, const CameraModel& model) {
+    return SetLens(context, id, WithLens(families[lens_of.at(id)].main(), model));
+  };
+  VEDUTA_RETURN_IF_ERROR(AdjustBundleWithLenses(context.map, images,
+                                                context.map->PointsSeenBy(images), lens_of,
+                                                context.options.global_bundle, set_lens, lenses)
+                             .status());
+  std::vector<RefinedLens> refined;
+  for (size_t i = 0; i < lenses.size(); ++i)
+    refined.push_back({families[i].main().id, lenses[i].model, lenses[i].focal_stddev_share});
+  return refined;
+}
+
+// Gives the families' images in the map the lens of their first camera, or the one of their own
+// camera again.
+Status SetLenses(const MappingContext& context, std::span<const CameraFamily> families,
+                 bool is_main) {
+  for (const CameraFamily& family : families) {
+    for (const ImageRecord& image : family.own) {
+      const auto own = std::ranges::find(family.cameras, image.camera, &CameraRecord::id);
+      const CameraRecord& camera = is_main ? family.main() : *own;
+      const Pinhole& now = context.map->image(image.id).camera;
+      if (is_main && camera.id == own->id && now.fx == camera.model.fx) continue;
+      VEDUTA_RETURN_IF_ERROR(SetLens(context, image.id, camera));
+    }
   }
-  return lenses;
+  return Status::Ok();
 }
 
 // Gives images of other reconstructions the camera as it was: another one of the family that is
@@ -213,23 +247,21 @@ Result<std::vector<RefinedLens>> RefineLenses(const MappingContext& context,
                           ListFamilies(context.loader->snapshot(), reconstruction));
   std::erase_if(families, [](const CameraFamily& family) { return !family.IsMostlyOwn(); });
   if (families.empty()) return std::vector<RefinedLens>();
-  for (const CameraFamily& family : families) {
-    for (const ImageRecord& image : family.own) {
-      const auto camera = std::ranges::find(family.cameras, image.camera, &CameraRecord::id);
-      context.map->ScaleFocal(image.id, family.main().model.fx / camera->model.fx);
-    }
-  }
   const MapAsItWas before(context.map, images);
+  VEDUTA_RETURN_IF_ERROR(SetLenses(context, families, /*is_main=*/true));
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<RefinedLens> lenses, Refine(context, images, families));
   // What hardly changes is held: others would need cameras of their own for nothing.
   std::vector<CameraFamily> changing;
   for (size_t i = 0; i < families.size(); ++i) {
-    const bool hardly_changes = std::abs(std::log(lenses[i].factor)) < kChangeMin;
+    const bool hardly_changes = ChangeOf(families[i].main().model, lenses[i].model) < kChangeMin;
     if (!hardly_changes || !families[i].IsShared() || !families[i].IsOne())
       changing.push_back(families[i]);
   }
   if (changing.size() == families.size()) return lenses;
+  VEDUTA_RETURN_IF_ERROR(SetLenses(context, families, /*is_main=*/false));
+  VEDUTA_RETURN_IF_ERROR(SetLenses(context, changing, /*is_main=*/true));
   before.PutBack();
+  if (changing.empty()) return std::vector<RefinedLens>();
   return Refine(context, images, changing);
 }
 
@@ -245,10 +277,9 @@ Result<std::vector<ImageId>> WriteLenses(const Snapshot& snapshot, Reconstructio
     const auto lens = std::ranges::find(lenses, family.main().id, &RefinedLens::camera);
     if (lens == lenses.end()) continue;
     // There was no usable step, and nothing has changed.
-    if (lens->factor == 1 && lens->stddev_share == 0 && family.IsOne()) continue;
+    if (lens->model == family.main().model && lens->stddev_share == 0 && family.IsOne()) continue;
     if (family.IsShared()) KeepForOthers(&family, &known, state, transaction);
-    CameraRecord refined = family.main();
-    refined.model = Scaled(refined.model, lens->factor);
+    CameraRecord refined = WithLens(family.main(), lens->model);
     refined.focal_stddev_share = lens->stddev_share;
     ++refined.version;
     PutNewCamera(refined, state, transaction);

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// Focal lengths that photos of the city alone have told are refined with the structure. One photo,
-// or a few, tell them to some percent; and a city that began with a wrong one has it everywhere,
-// for later photos are explained by its points. k1 and k2 go with the square and the fourth power
-// of the focal length, so that the photos' features stay where they are, to the last bit of what is
-// stored.
+// Lenses that photos of the city alone have told are refined with the structure. One photo, or a
+// few, tell the focal length to some percent; and a city that began with a wrong one has it
+// everywhere, for later photos are explained by its points. The photos' features that are stored
+// stay as they are, to the last bit; what moves is where the lens has them (carried_features.h).
 
 #include <set>
 #include <span>
@@ -28,19 +27,19 @@ bool IsRefinementDue(const ReconstructionRecord& record);
 using LensesOfImages = std::vector<std::pair<CameraId, CameraModel>>;
 Result<LensesOfImages> ListLenses(const Snapshot& snapshot, const std::set<ImageId>& images);
 
-// Refines them in the map, with all poses and points of the reconstruction, whose images these are;
-// all of it must be loaded. Where none is refined in the end, the map is as it was, to the last
-// bit. Those of cameras that another reconstruction has more images of are held. Cameras that
-// differ by the focal length alone are refined as one. O(images of the database, and the
-// adjustment).
+// Refines focal lengths, k1 and k2 in the map, with all poses and points of the reconstruction,
+// whose images these are; all of it must be loaded. Where none is refined in the end, the map is as
+// it was, to the last bit. Those of cameras that another reconstruction has more images of are
+// held. Cameras that began with one lens are refined as one. After an error the map may be half
+// changed. O(images of the database, and the adjustment).
 Result<std::vector<RefinedLens>> RefineLenses(const MappingContext& context,
                                               ReconstructionId reconstruction,
                                               std::span<const ImageId> images);
 
 // Writes the refined cameras, each with an entry of the journal. Where images of one have their
-// poses in another reconstruction, too, whose structure rests on the focal length that was, they
+// poses in another reconstruction, too, whose structure rests on the lens that was, they
 // get a camera of their own; it becomes one with the other again when the two are merged. Returns
-// the images that have another focal length now. Other records of the images that the transaction
+// the images that have another lens now. Other records of the images that the transaction
 // writes must be written later. O(images of the database).
 Result<std::vector<ImageId>> WriteLenses(const Snapshot& snapshot, ReconstructionId reconstruction,
                                          std::span<const RefinedLens> lenses, DatabaseState* state,

@@ -87,21 +87,20 @@ TwoViewGeometry Estimate(const RankedMatches& ranked, const ImageFeatures& photo
   return EstimateTwoView(ranked.x_photo, ranked.x_candidate, focal_px, seed, options.two_view);
 }
 
+PairLens LensOf(const ImageFeatures& features) {
+  return {features.camera.focal_px(), features.lens.k1, features.lens.k2};
+}
+
 // The record of a verified pair, with a < b and matches ascending in a.
 PairRecord RecordOf(const TwoViewGeometry& geometry, const RankedMatches& ranked,
                     const ImageFeatures& photo, const ImageFeatures& candidate) {
-  PairRecord pair{photo.id,
-                  candidate.id,
-                  geometry.geometry,
-                  geometry.b_from_a,
-                  {},
-                  photo.camera.focal_px(),
-                  candidate.camera.focal_px()};
+  PairRecord pair{photo.id, candidate.id,  geometry.geometry, geometry.b_from_a,
+                  {},       LensOf(photo), LensOf(candidate)};
   for (const uint32_t i : geometry.inliers)
     pair.matches.push_back({ranked.matches[i].a, ranked.matches[i].b});
   if (pair.b < pair.a) {
     std::swap(pair.a, pair.b);
-    std::swap(pair.focal_a_px, pair.focal_b_px);
+    std::swap(pair.lens_a, pair.lens_b);
     pair.b_from_a = pair.b_from_a.Inverse();
     for (FeatureMatch& m : pair.matches) std::swap(m.a, m.b);
   }

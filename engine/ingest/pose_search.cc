@@ -224,7 +224,7 @@ Result<std::vector<PairMatches>> MatchPlacedNeighbors(const MappingContext& cont
   std::vector<PairMatches> putative;
   for (const PairMatches& pair : pairs) {
     if (context.map->HasImage(pair.other))
-      putative.push_back({pair.other, pair.geometry, pair.other_from_photo, {}});
+      putative.push_back({pair.other, pair.geometry, pair.other_from_photo, {}, {}, {}});
   }
   std::vector<Status> statuses(putative.size());
   context.pool->ParallelFor(putative.size(), [&](size_t i) {

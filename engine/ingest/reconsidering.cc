@@ -105,7 +105,8 @@ Result<std::vector<PairMatches>> ListPlacedNeighbors(const MappingContext& conte
   const uint32_t count_max = context.options.local_images_max;
   if (neighbors.size() > count_max) neighbors.resize(count_max);
   std::vector<PairMatches> pairs;
-  for (const PairNeighbor& neighbor : neighbors) pairs.push_back({neighbor.image, {}, {}, {}});
+  for (const PairNeighbor& neighbor : neighbors)
+    pairs.push_back({neighbor.image, {}, {}, {}, {}, {}});
   return pairs;
 }
 

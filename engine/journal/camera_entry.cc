@@ -10,7 +10,8 @@
 namespace veduta {
 namespace {
 
-constexpr std::string_view kBeforeId = " (camera ", kAfterId = "): ", kRefinable = " refinable";
+constexpr std::string_view kBeforeId = " (camera ", kAfterId = "): ", kFrom = " from ",
+                           kRefinable = " refinable";
 
 }  // namespace
 
@@ -19,6 +20,7 @@ std::string CameraEntry(const CameraRecord& camera) {
   return camera.name + std::string(kBeforeId) + std::to_string(camera.id.value) +
          std::string(kAfterId) + std::to_string(model.width_px) + "x" +
          std::to_string(model.height_px) + " " + CameraParamsText(model) +
+         (camera.refined_from ? std::string(kFrom) + CameraParamsText(*camera.refined_from) : "") +
          std::string(camera.is_refinable ? kRefinable : "");
 }
 
@@ -33,7 +35,14 @@ void PutNewCamera(const CameraRecord& camera, DatabaseState* state, Transaction*
 
 std::optional<CameraRecord> ParseCameraEntry(const std::string& entry) {
   const bool is_refinable = entry.ends_with(kRefinable);
-  const std::string detail = entry.substr(0, entry.size() - (is_refinable ? kRefinable.size() : 0));
+  std::string detail = entry.substr(0, entry.size() - (is_refinable ? kRefinable.size() : 0));
+  // No parameters have spaces; a name may.
+  const size_t from = detail.rfind(kFrom);
+  std::string refined_from;
+  if (from != std::string::npos && from > detail.rfind(kAfterId)) {
+    refined_from = detail.substr(from + kFrom.size());
+    detail.resize(from);
+  }
   const size_t before = detail.rfind(kBeforeId), after = detail.rfind(kAfterId);
   const size_t params = detail.rfind(' ');
   if (before == std::string::npos || after == std::string::npos || before == 0 || after < before ||
@@ -52,6 +61,11 @@ std::optional<CameraRecord> ParseCameraEntry(const std::string& entry) {
   const Result<CameraModel> model = ParseCameraParams(detail.substr(params + 1), *parsed);
   if (!model.ok()) return std::nullopt;
   camera.model = *model;
+  if (!refined_from.empty()) {
+    const Result<CameraModel> extraction = ParseCameraParams(refined_from, *parsed);
+    if (!extraction.ok()) return std::nullopt;
+    camera.refined_from = *extraction;
+  }
   camera.is_refinable = is_refinable;
   return camera;
 }

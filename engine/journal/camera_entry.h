@@ -11,7 +11,8 @@
 
 namespace veduta {
 
-// "NAME (camera ID): WIDTHxHEIGHT fx,fy,cx,cy[,k1,k2[,u0,v0]][ refinable]"
+// "NAME (camera ID): WIDTHxHEIGHT PARAMS[ from PARAMS][ refinable]", where PARAMS are
+// fx,fy,cx,cy[,k1,k2[,u0,v0]], and those that come second are of CameraRecord::refined_from.
 std::string CameraEntry(const CameraRecord& camera);
 // Writes a new camera with its entry.
 void PutNewCamera(const CameraRecord& camera, DatabaseState* state, Transaction* transaction);

@@ -17,6 +17,7 @@
 #include "engine/localization/copied_camera.h"
 #include "engine/mapping/unknown_camera.h"
 #include "engine/photo/camera_group.h"
+#include "engine/photo/carried_features.h"
 #include "storage/base/memory_shortage.h"
 #include "storage/base/stopwatch.h"
 
@@ -227,13 +228,13 @@ LocalizedPhoto Refused(const PreparedPhoto& photo, FoundCamera found) {
 }
 
 // The camera that the same bytes are stored with, where they are.
-Result<std::optional<CameraModel>> FindStoredCamera(const Snapshot& snapshot,
-                                                    const ContentHash& hash) {
+Result<std::optional<CameraRecord>> FindStoredCamera(const Snapshot& snapshot,
+                                                     const ContentHash& hash) {
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<ImageId> stored, snapshot.FindImageByPhoto(hash));
-  if (!stored) return std::optional<CameraModel>();
+  if (!stored) return std::optional<CameraRecord>();
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(*stored));
-  VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
-  return std::optional(camera.model);
+  VEDUTA_ASSIGN_OR_RETURN(CameraRecord camera, snapshot.GetCamera(image.camera));
+  return std::optional(std::move(camera));
 }
 
 Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPreparer& preparer,
@@ -241,19 +242,19 @@ Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPrepa
   PreparedPhoto photo = preparer.Extract(source, std::nullopt);
   if (!photo.failure.ok()) return photo.failure;
   if (photo.reason != Reason::kNone) return LocalizePhoto(parts, std::move(photo), CameraModel());
-  VEDUTA_ASSIGN_OR_RETURN(const std::optional<CameraModel> stored,
+  VEDUTA_ASSIGN_OR_RETURN(const std::optional<CameraRecord> stored,
                           FindStoredCamera(*parts.snapshot, photo.hash));
   if (stored) {
-    PreparedPhoto again = preparer.Extract(source, stored);
+    PreparedPhoto again = ExtractCarried(preparer, source, *stored);
     if (!again.failure.ok()) return again.failure;
-    return LocalizePhoto(parts, std::move(again), *stored);
+    return LocalizePhoto(parts, std::move(again), stored->model);
   }
   Stopwatch watch;
   VEDUTA_ASSIGN_OR_RETURN(const PhotoFacts facts, preparer.Look(source));
   VEDUTA_ASSIGN_OR_RETURN(const std::optional<CameraRecord> of_group,
                           FindGroupCamera(*parts.snapshot, facts.camera_group, facts.focal_share));
   if (of_group) {
-    PreparedPhoto with = preparer.Extract(source, of_group->model);
+    PreparedPhoto with = ExtractCarried(preparer, source, *of_group);
     if (!with.failure.ok()) return with.failure;
     VEDUTA_ASSIGN_OR_RETURN(LocalizedPhoto by_group,
                             LocalizePhoto(parts, std::move(with), of_group->model));

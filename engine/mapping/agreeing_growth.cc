@@ -41,7 +41,7 @@ std::vector<PairMatches> KeepAgreeing(const CityMap& map, ImageId id,
         EssentialFromPose(other.cam_from_world * image.cam_from_world.Inverse());
     const double distance_max =
         error_px_max / std::min(image.camera.focal_px(), other.camera.focal_px());
-    agreeing.push_back({pair.other, pair.geometry, pair.other_from_photo, {}});
+    agreeing.push_back({pair.other, pair.geometry, pair.other_from_photo, {}, {}, {}});
     for (const FeatureMatch& m : pair.matches) {
       const Eigen::Vector2d x = image.camera.Normalize(image.features->keypoints[m.a]);
       const Eigen::Vector2d x_other = other.camera.Normalize(other.features->keypoints[m.b]);

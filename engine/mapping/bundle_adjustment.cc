@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "engine/camera/projection.h"
 #include "engine/mapping/bundle_problem.h"
 #include "engine/mapping/bundle_solver.h"
 #include "engine/mapping/lens_deviation.h"
@@ -117,6 +118,29 @@ void Apply(CityMap* map, std::span<const PointId> points, const Excerpt& excerpt
   }
 }
 
+// Refines the lenses in place. One that would fold within its photo, for nothing is seen where it
+// does, keeps its distortion. False, and nothing is changed, where there is no usable solution.
+bool SolveToUsableLenses(const BundleOptions& options, BundleLenses* lenses,
+                         BundleProblem* problem) {
+  lenses->keeps_distortion.assign(lenses->models.size(), false);
+  const auto is_usable = [](const CameraModel& model) { return CheckCamera(model).ok(); };
+  for (int round = 0; round < 2; ++round) {
+    BundleProblem solved = *problem;
+    const auto changes = SolveWithLenses(options, *lenses, &solved);
+    if (!changes) return false;
+    std::vector<CameraModel> models;
+    for (size_t i = 0; i < changes->size(); ++i) {
+      models.push_back(ChangedLens(lenses->models[i], (*changes)[i]));
+      if (!is_usable(models.back())) lenses->keeps_distortion[i] = true;
+    }
+    if (!std::ranges::all_of(models, is_usable)) continue;
+    lenses->models = std::move(models);
+    *problem = std::move(solved);
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_images,
@@ -138,31 +162,30 @@ Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_i
   return summary;
 }
 
-Result<std::vector<LensFactor>> AdjustBundleWithLenses(
-    CityMap* map, std::span<const ImageId> images, std::span<const PointId> points,
-    const std::map<ImageId, uint32_t>& lens_of, uint32_t lens_count, const BundleOptions& options) {
+Result<bool> AdjustBundleWithLenses(CityMap* map, std::span<const ImageId> images,
+                                    std::span<const PointId> points,
+                                    const std::map<ImageId, uint32_t>& lens_of,
+                                    const BundleOptions& options, const LensSetter& set_lens,
+                                    std::span<BundleLens> lenses) {
   VEDUTA_RETURN_IF_ERROR(options.Check());
-  std::vector<LensFactor> lenses(lens_count);
-  if (images.empty() || points.empty()) return lenses;
+  if (images.empty() || points.empty() || lenses.empty()) return false;
   VEDUTA_ASSIGN_OR_RETURN(Excerpt excerpt, MakeExcerpt(*map, images, points));
-  std::vector<std::optional<uint32_t>> lens_of_place;
+  BundleLenses refined;
+  for (const BundleLens& lens : lenses) refined.models.push_back(lens.model);
   for (const ImageId id : excerpt.images) {
     const auto lens = lens_of.find(id);
-    lens_of_place.push_back(lens == lens_of.end() ? std::nullopt : std::optional(lens->second));
+    refined.of_image.push_back(lens == lens_of.end() ? std::nullopt : std::optional(lens->second));
   }
-  std::vector<double> factors(lens_count, 1.0);
-  if (!SolveWithLenses(options, lens_of_place, &excerpt.problem, factors)) return lenses;
-  for (const auto& [id, lens] : lens_of) map->ScaleFocal(id, factors[lens]);
+  for (BundleObservation& seen : excerpt.problem.observations) {
+    if (const auto lens = refined.of_image[seen.image])
+      seen.x_px = DistortPixel(refined.models[*lens], seen.x_px);
+  }
+  if (!SolveToUsableLenses(options, &refined, &excerpt.problem)) return false;
+  for (const auto& [id, lens] : lens_of) VEDUTA_RETURN_IF_ERROR(set_lens(id, refined.models[lens]));
   Apply(map, points, excerpt);
-  for (size_t i = 0; i < excerpt.images.size(); ++i) {
-    if (!lens_of_place[i]) continue;
-    excerpt.problem.cameras[i].fx *= factors[*lens_of_place[i]];
-    excerpt.problem.cameras[i].fy *= factors[*lens_of_place[i]];
-  }
-  const std::vector<double> deviations =
-      LensDeviations(options, lens_of_place, lens_count, excerpt.problem);
-  for (size_t i = 0; i < lenses.size(); ++i) lenses[i] = {factors[i], deviations[i]};
-  return lenses;
+  const std::vector<double> deviations = LensDeviations(options, refined, excerpt.problem);
+  for (size_t i = 0; i < lenses.size(); ++i) lenses[i] = {refined.models[i], deviations[i]};
+  return true;
 }
 
 }  // namespace veduta

@@ -3,6 +3,7 @@
 // Joint least-squares refinement of poses and points in the map (R18); bundle_solver.h solves it.
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <span>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "engine/mapping/city_map.h"
 #include "storage/base/status.h"
 #include "storage/base/thread_pool.h"
+#include "storage/model/camera.h"
 
 namespace veduta {
 
@@ -30,18 +32,23 @@ Result<BundleSummary> AdjustBundle(CityMap* map, std::span<const ImageId> free_i
                                    std::span<const PointId> points, const BundleOptions& options,
                                    ThreadPool* pool);
 
-struct LensFactor {
-  double factor = 1;         // by how many times the focal length has grown
-  double log_deviation = 0;  // its standard deviation over itself (LensDeviations)
+struct BundleLens {
+  CameraModel model;
+  double focal_stddev_share = 0;  // standard deviation of the focal length over itself; 0: unknown
 };
 
-// The same with all images free, where focal lengths are refined, too: `lens_of` says which images
-// have one, and which of them have it in common, by numbers below `lens_count`. Features stay where
-// they are. One that moves is drawn to where it was, as by an observation of one pixel at 3 % of
-// it. All factors are 1, and nothing has moved, where there is no usable step. On one thread.
-// kInvalidArgument on bad options.
-Result<std::vector<LensFactor>> AdjustBundleWithLenses(
-    CityMap* map, std::span<const ImageId> images, std::span<const PointId> points,
-    const std::map<ImageId, uint32_t>& lens_of, uint32_t lens_count, const BundleOptions& options);
+// Gives an image of the map another lens, and the features that it leads to (CityMap::SetLens).
+using LensSetter = std::function<Status(ImageId, const CameraModel&)>;
+
+// The same with all images free, where focal lengths, k1 and k2 are refined, too: `lens_of` says
+// which images have one of the lenses, which is the one that they have in the map. Each is drawn to
+// where it was (kLensPriorSigmas). False, and nothing is changed, where there is no usable step, or
+// none that leads to usable lenses; else they are refined in place. On one thread. kInvalidArgument
+// on bad options; errors are those of `set_lens`, after which the map may be half changed.
+Result<bool> AdjustBundleWithLenses(CityMap* map, std::span<const ImageId> images,
+                                    std::span<const PointId> points,
+                                    const std::map<ImageId, uint32_t>& lens_of,
+                                    const BundleOptions& options, const LensSetter& set_lens,
+                                    std::span<BundleLens> lenses);
 
 }  // namespace veduta

@@ -152,13 +152,13 @@ void CityMap::PlaceImage(MapImage image) {
   changes_.observations.insert(id);
 }
 
-void CityMap::ScaleFocal(ImageId id, double factor) {
-  Pinhole& camera = MutableImage(id).camera;
-  camera.fx *= factor, camera.fy *= factor;
-}
-
-void CityMap::SetCamera(ImageId id, const Pinhole& camera) {
-  MutableImage(id).camera = camera;
+void CityMap::SetLens(ImageId id, const Pinhole& camera, std::shared_ptr<const Features> features,
+                      std::shared_ptr<const FeatureGrid> grid) {
+  MapImage& image = MutableImage(id);
+  VEDUTA_CHECK(features->size() == image.points.size(), "a lens changes no number of features");
+  image.camera = camera;
+  image.features = std::move(features);
+  image.grid = std::move(grid);
 }
 
 void CityMap::SetPose(ImageId id, const Rigid3& cam_from_world) {

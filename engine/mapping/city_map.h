@@ -83,9 +83,10 @@ class CityMap {
   // A newly placed image, observing nothing yet, with an empty block of its own.
   void PlaceImage(MapImage image);
   void SetPose(ImageId id, const Rigid3& cam_from_world);
-  // The image's focal length is so many times what it was. What it sees is not measured anew.
-  void ScaleFocal(ImageId id, double factor);
-  void SetCamera(ImageId id, const Pinhole& camera);  // likewise
+  // The image has another lens, which has its features, as many as before, elsewhere. What it sees
+  // is not measured anew.
+  void SetLens(ImageId id, const Pinhole& camera, std::shared_ptr<const Features> features,
+               std::shared_ptr<const FeatureGrid> grid);
   // The image loses its pose and is forgotten, with its observations. Points that it was home to
   // get another of their images as their home, the first, and so another name. Loaded must be all
   // that MapLoader::LoadToUnplace loads.

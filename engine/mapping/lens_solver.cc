@@ -11,36 +11,55 @@
 namespace veduta {
 namespace {
 
-// The logarithm of a factor is at most so large: what goes further is no lens that is seen better.
-// Chosen by hand.
-constexpr double kLogFactorMax = 0.25;
+// Changes are at most so large: what goes further is no lens that is seen better. Chosen by hand.
+constexpr double kChangeMax[kLensValueCount] = {0.25, 0.2, 0.2};
 // Steps tried. Chosen by hand.
 constexpr int kIterationsMax = 30;
 
 // A pose as Ceres has it: x, y, z, w of the unit quaternion, and the translation.
 using PoseValues = std::array<double, 7>;
 
+template <typename T>
+Eigen::Matrix<T, 3, 1> InCamera(const T* pose, const T* point) {
+  const Eigen::Map<const Eigen::Quaternion<T>> rotation(pose);
+  const Eigen::Map<const Eigen::Matrix<T, 3, 1>> translation(pose + 4), position(point);
+  return rotation * position + translation;
+}
+
+// Of an image whose camera is held.
 struct ReprojectionCost {
   Pinhole camera;
   Eigen::Vector2d x_px;
 
   template <typename T>
-  bool operator()(const T* pose, const T* point, const T* log_factor, T* error) const {
-    const Eigen::Map<const Eigen::Quaternion<T>> rotation(pose);
-    const Eigen::Map<const Eigen::Matrix<T, 3, 1>> translation(pose + 4), position(point);
-    const Eigen::Matrix<T, 3, 1> x_cam = rotation * position + translation;
+  bool operator()(const T* pose, const T* point, T* error) const {
+    const Eigen::Matrix<T, 3, 1> x_cam = InCamera(pose, point);
     if (x_cam.z() < T(1e-9)) return false;
-    const T factor = exp(*log_factor);
-    error[0] = camera.fx * factor * x_cam.x() / x_cam.z() + camera.cx - x_px.x();
-    error[1] = camera.fy * factor * x_cam.y() / x_cam.z() + camera.cy - x_px.y();
+    error[0] = camera.fx * x_cam.x() / x_cam.z() + camera.cx - x_px.x();
+    error[1] = camera.fy * x_cam.y() / x_cam.z() + camera.cy - x_px.y();
+    return true;
+  }
+};
+
+struct LensReprojectionCost {
+  const CameraModel& lens;
+  Eigen::Vector2d x_px;
+
+  template <typename T>
+  bool operator()(const T* pose, const T* point, const T* change, T* error) const {
+    const Eigen::Matrix<T, 3, 1> x_cam = InCamera(pose, point);
+    if (x_cam.z() < T(1e-9)) return false;
+    Eigen::Map<Eigen::Matrix<T, 2, 1>> to(error);
+    to = ProjectThroughLens(lens, change, x_cam);
+    error[0] -= x_px.x(), error[1] -= x_px.y();
     return true;
   }
 };
 
 struct PriorCost {
   template <typename T>
-  bool operator()(const T* log_factor, T* error) const {
-    *error = *log_factor / kLensFocalShare;
+  bool operator()(const T* change, T* error) const {
+    for (int i = 0; i < kLensValueCount; ++i) error[i] = change[i] / kLensPriorSigmas[i];
     return true;
   }
 };
@@ -60,41 +79,46 @@ Rigid3 PoseOf(const PoseValues& values) {
 struct Values {
   std::vector<PoseValues> poses;
   std::vector<Eigen::Vector3d> points;
-  std::vector<double> logs;  // of the factors; the last is 0 and belongs to all that stay
+  std::vector<LensChange> changes;
 };
 
 void AddObservations(const BundleProblem& problem, const BundleOptions& options,
-                     std::span<const std::optional<uint32_t>> lens_of, ceres::LossFunction* loss,
-                     Values* values, ceres::Problem* to) {
+                     const BundleLenses& lenses, ceres::LossFunction* loss, Values* values,
+                     ceres::Problem* to) {
   auto* const for_two =
       new ceres::ScaledLoss(loss, options.two_view_weight, ceres::DO_NOT_TAKE_OWNERSHIP);
-  to->AddParameterBlock(&values->logs.back(), 1);  // there even where all lenses are refined
   for (size_t p = 0; p < problem.points.size(); ++p) {
-    const bool counts_whole = PointWeight(problem, p, options) == 1.0;
+    ceres::LossFunction* const counts = PointWeight(problem, p, options) == 1.0 ? loss : for_two;
     for (uint32_t o = problem.first_observation[p]; o < problem.first_observation[p + 1]; ++o) {
       const BundleObservation& seen = problem.observations[o];
-      double* const log = &values->logs[lens_of[seen.image].value_or(values->logs.size() - 1)];
-      to->AddResidualBlock(new ceres::AutoDiffCostFunction<ReprojectionCost, 2, 7, 3, 1>(
-                               new ReprojectionCost{problem.cameras[seen.image], seen.x_px}),
-                           counts_whole ? loss : for_two, values->poses[seen.image].data(),
-                           values->points[p].data(), log);
+      double* const pose = values->poses[seen.image].data();
+      double* const point = values->points[p].data();
+      if (const auto lens = lenses.of_image[seen.image]) {
+        using Cost = ceres::AutoDiffCostFunction<LensReprojectionCost, 2, 7, 3, kLensValueCount>;
+        to->AddResidualBlock(new Cost(new LensReprojectionCost{lenses.models[*lens], seen.x_px}),
+                             counts, pose, point, values->changes[*lens].data());
+      } else {
+        using Cost = ceres::AutoDiffCostFunction<ReprojectionCost, 2, 7, 3>;
+        to->AddResidualBlock(new Cost(new ReprojectionCost{problem.cameras[seen.image], seen.x_px}),
+                             counts, pose, point);
+      }
     }
   }
 }
 
 }  // namespace
 
-bool SolveWithLenses(const BundleOptions& options, std::span<const std::optional<uint32_t>> lens_of,
-                     BundleProblem* problem, std::span<double> factors) {
+std::optional<std::vector<LensChange>> SolveWithLenses(const BundleOptions& options,
+                                                       const BundleLenses& lenses,
+                                                       BundleProblem* problem) {
   Values values;
   for (const Rigid3& pose : problem->cams_from_world) values.poses.push_back(ValuesOf(pose));
   values.points = problem->points;
-  values.logs.assign(factors.size() + 1, 0.0);
+  values.changes.assign(lenses.models.size(), LensChange::Zero());
 
   ceres::Problem ceres_problem;
   auto* const loss = new ceres::CauchyLoss(options.loss_scale_px);
-  AddObservations(*problem, options, lens_of, loss, &values, &ceres_problem);
-  ceres_problem.SetParameterBlockConstant(&values.logs.back());
+  AddObservations(*problem, options, lenses, loss, &values, &ceres_problem);
   auto* const manifold =
       new ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>>;
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
@@ -104,13 +128,19 @@ bool SolveWithLenses(const BundleOptions& options, std::span<const std::optional
   }
   ceres_problem.SetParameterBlockConstant(values.poses.back().data());
   for (Eigen::Vector3d& point : values.points) ordering->AddElementToGroup(point.data(), 0);
-  // A group of their own: within one, Ceres goes by the addresses, and those are not always alike.
-  for (double& log : values.logs) ordering->AddElementToGroup(&log, 2);
-  for (size_t i = 0; i < factors.size(); ++i) {
-    ceres_problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PriorCost, 1, 1>(new PriorCost),
-                                   nullptr, &values.logs[i]);
-    ceres_problem.SetParameterLowerBound(&values.logs[i], 0, -kLogFactorMax);
-    ceres_problem.SetParameterUpperBound(&values.logs[i], 0, kLogFactorMax);
+  for (size_t lens = 0; lens < values.changes.size(); ++lens) {
+    LensChange& change = values.changes[lens];
+    using Cost = ceres::AutoDiffCostFunction<PriorCost, kLensValueCount, kLensValueCount>;
+    ceres_problem.AddResidualBlock(new Cost(new PriorCost), nullptr, change.data());
+    // A group of their own: within one, Ceres goes by addresses, and those are not always alike.
+    ordering->AddElementToGroup(change.data(), 2);
+    for (int i = 0; i < kLensValueCount; ++i) {
+      ceres_problem.SetParameterLowerBound(change.data(), i, -kChangeMax[i]);
+      ceres_problem.SetParameterUpperBound(change.data(), i, kChangeMax[i]);
+    }
+    if (lens < lenses.keeps_distortion.size() && lenses.keeps_distortion[lens]) {
+      ceres_problem.SetManifold(change.data(), new ceres::SubsetManifold(kLensValueCount, {1, 2}));
+    }
   }
 
   ceres::Solver::Options solver;
@@ -122,12 +152,11 @@ bool SolveWithLenses(const BundleOptions& options, std::span<const std::optional
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &ceres_problem, &summary);
-  if (!summary.IsSolutionUsable()) return false;
+  if (!summary.IsSolutionUsable()) return std::nullopt;
   for (size_t i = 0; i < values.poses.size(); ++i)
     problem->cams_from_world[i] = PoseOf(values.poses[i]);
   problem->points = values.points;
-  for (size_t i = 0; i < factors.size(); ++i) factors[i] = std::exp(values.logs[i]);
-  return true;
+  return values.changes;
 }
 
 }  // namespace veduta

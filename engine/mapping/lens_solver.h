@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-// A bundle adjustment that refines focal lengths, too. It is wanted now and then, so Ceres solves
-// it.
+// A bundle adjustment that refines lenses, too. It is wanted now and then, so Ceres solves it.
 
 #include <cstdint>
 #include <optional>
@@ -10,19 +9,24 @@
 
 #include "engine/mapping/bundle_options.h"
 #include "engine/mapping/bundle_problem.h"
+#include "engine/mapping/lens_projection.h"
 
 namespace veduta {
 
-// What a focal length is drawn to where it was by, over itself. Chosen by hand: what one photo
-// tells is off by 2 % and more, and what photos in a row tell is little at first.
-inline constexpr double kLensFocalShare = 0.03;
+// The lenses of a bundle problem. What images that have one see lies, in the problem, in their
+// photos as they were taken, and not where it is undistorted; their pinhole cameras do not count.
+struct BundleLenses {
+  std::vector<CameraModel> models;
+  std::vector<std::optional<uint32_t>> of_image;  // which one; none: the image's camera is held
+  std::vector<bool> keeps_distortion = {};        // those of which nothing is added to k1 and k2
+};
 
-// Refines all poses but the last one, all points, and the focal lengths: `lens_of` says which of
-// them an image has, if it is to be refined. `factors` are by how many times they grow, from 0.78
-// to 1.28. With Cauchy's loss of the options. Where it fails (false) nothing is changed.
-// Deterministic, on one thread. O(iterations * (observations + images^3)), and less for images in a
-// row.
-bool SolveWithLenses(const BundleOptions& options, std::span<const std::optional<uint32_t>> lens_of,
-                     BundleProblem* problem, std::span<double> factors);
+// Refines all poses but the last one, all points, and the lenses. Focal lengths grow by 0.78 to
+// 1.28 times at most, and at most 0.2 is added to k1 and k2 (LensChange). With Cauchy's loss of the
+// options. The lenses' changes; nothing where it fails, and then nothing is changed. Deterministic,
+// on one thread. O(iterations * (observations + images^3)), and less for images in a row.
+std::optional<std::vector<LensChange>> SolveWithLenses(const BundleOptions& options,
+                                                       const BundleLenses& lenses,
+                                                       BundleProblem* problem);
 
 }  // namespace veduta

@@ -49,8 +49,9 @@ bool IsNarrow(const MapImage& view, const MapImage& other, std::span<const Featu
 Eigen::Quaterniond RotationOf(const PairMatches& pair, const MapImage& view,
                               const MapImage& other) {
   const double focal_px = view.camera.focal_px(), other_focal_px = other.camera.focal_px();
-  const bool is_of_now = pair.focal_photo_px == 0 ||
-                         (pair.focal_photo_px == focal_px && pair.focal_other_px == other_focal_px);
+  const bool is_of_now =
+      pair.lens_photo.focal_px == 0 ||
+      (pair.lens_photo.focal_px == focal_px && pair.lens_other.focal_px == other_focal_px);
   if (is_of_now) return pair.other_from_photo.rotation;
   std::vector<Eigen::Vector2d> x, x_other;
   for (const FeatureMatch& match : pair.matches) {

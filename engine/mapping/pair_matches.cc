@@ -11,10 +11,10 @@ PairMatches MatchesFrom(const PairRecord& pair, ImageId image) {
                    pair.geometry,
                    pair.b_from_a,
                    pair.matches,
-                   pair.focal_a_px,
-                   pair.focal_b_px};
+                   pair.lens_a,
+                   pair.lens_b};
   if (image == pair.b) {
-    std::swap(seen.focal_photo_px, seen.focal_other_px);
+    std::swap(seen.lens_photo, seen.lens_other);
     seen.other_from_photo = pair.b_from_a.Inverse();
     for (FeatureMatch& match : seen.matches) std::swap(match.a, match.b);
   }
@@ -22,11 +22,11 @@ PairMatches MatchesFrom(const PairRecord& pair, ImageId image) {
 }
 
 PairRecord RecordOf(const PairMatches& pair, ImageId photo) {
-  PairRecord record{photo,        pair.other,          pair.geometry,      pair.other_from_photo,
-                    pair.matches, pair.focal_photo_px, pair.focal_other_px};
+  PairRecord record{photo,        pair.other,      pair.geometry,  pair.other_from_photo,
+                    pair.matches, pair.lens_photo, pair.lens_other};
   if (pair.other < photo) {
     std::swap(record.a, record.b);
-    std::swap(record.focal_a_px, record.focal_b_px);
+    std::swap(record.lens_a, record.lens_b);
     record.b_from_a = record.b_from_a.Inverse();
     for (FeatureMatch& match : record.matches) std::swap(match.a, match.b);
   }

@@ -15,8 +15,8 @@ struct PairMatches {
   PairGeometry geometry = PairGeometry::kGeneral;
   Rigid3 other_from_photo;            // translation of unit length
   std::vector<FeatureMatch> matches;  // a: feature of the photo at hand; b: feature of `other`
-  // By which `other_from_photo` was found; 0 for those of now (PairRecord).
-  double focal_photo_px = 0, focal_other_px = 0;
+  // By which `other_from_photo` was found; a focal length of 0 for those of now (PairRecord).
+  PairLens lens_photo, lens_other;
 };
 
 // The record as seen from `image`, which must be one of its two.

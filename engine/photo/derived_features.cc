@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/camera/projection.h"
+#include "engine/photo/carried_features.h"
 #include "engine/photo/photo_preparer.h"
 
 namespace veduta {
@@ -28,21 +29,26 @@ Result<Features> Derive(const Snapshot& snapshot, const ImageRecord& image,
 }  // namespace
 
 Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecord& image,
-                                      const CameraModel& camera, UndistortCache* tables,
+                                      const CameraRecord& camera, UndistortCache* tables,
                                       const PhotoDecoder& decoder) {
-  Result<Features> stored = snapshot.GetFeatures(image.photo);
-  if (stored.status().code() != StatusCode::kCorruption) return stored;
-  return Derive(snapshot, image, camera, tables, decoder, std::move(stored));
+  Result<Features> features = snapshot.GetFeatures(image.photo);
+  if (features.status().code() == StatusCode::kCorruption) {
+    features =
+        Derive(snapshot, image, camera.extraction_model(), tables, decoder, std::move(features));
+  }
+  if (features.ok()) CarryKeypoints(camera, features->keypoints);
+  return features;
 }
 
 Result<Features> ReadOrDeriveFeatures(const Snapshot& snapshot, const ImageRecord& image,
                                       const PhotoDecoder& decoder) {
-  Result<Features> stored = snapshot.GetFeatures(image.photo);
-  if (stored.status().code() != StatusCode::kCorruption) return stored;
   const Result<CameraRecord> camera = snapshot.GetCamera(image.camera);
-  if (!camera.ok() || !CheckCamera(camera->model).ok()) return stored;
+  if (!camera.ok() || !CheckCamera(camera->model).ok() ||
+      !CheckCamera(camera->extraction_model()).ok()) {
+    return snapshot.GetFeatures(image.photo);
+  }
   UndistortCache tables(0);
-  return Derive(snapshot, image, camera->model, &tables, decoder, std::move(stored));
+  return ReadOrDeriveFeatures(snapshot, image, *camera, &tables, decoder);
 }
 
 }  // namespace veduta

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "engine/camera/projection.h"
+#include "engine/camera/undistorter.h"
 #include "engine/matching/mutual_matcher.h"
 #include "engine/photo/derived_features.h"
 
@@ -38,6 +39,7 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatures::Make(
   VEDUTA_RETURN_IF_ERROR(PackedDescriptors::Check(*features, matched_count_max));
   auto made = std::make_shared<ImageFeatures>();
   made->id = id;
+  made->lens = camera;
   made->camera = Pinhole(camera);
   made->width_px = camera.width_px;
   made->height_px = camera.height_px;
@@ -53,31 +55,39 @@ Result<std::shared_ptr<const ImageFeatures>> ImageFeatureCache::Get(const Snapsh
   VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot.GetImage(id));
   VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot.GetCamera(image.camera));
   const auto load = [&]() -> Result<std::shared_ptr<const ImageFeatures>> {
-    if (const Status usable = CheckCamera(camera.model); !usable.ok()) {
-      return Status::Corruption("family cameras: camera " + std::to_string(camera.id.value) + ": " +
-                                usable.message());
-    }
-    VEDUTA_ASSIGN_OR_RETURN(Features features, ReadOrDeriveFeatures(snapshot, image, decoder_));
-    if (features.size() != image.feature_count) {
-      return Status::Corruption("family features: photo " + image.photo.Hex() + " has " +
-                                std::to_string(features.size()) + " features, and image " +
-                                std::to_string(id.value) + " says " +
-                                std::to_string(image.feature_count));
-    }
-    return ImageFeatures::Make(id, camera.model,
-                               std::make_shared<const Features>(std::move(features)),
-                               matched_count_max_);
+    VEDUTA_ASSIGN_OR_RETURN(auto features, Read(snapshot, image, camera));
+    return ImageFeatures::Make(id, camera.model, std::move(features), matched_count_max_);
   };
   VEDUTA_ASSIGN_OR_RETURN(auto known,
                           cache_.GetOrMake({id, image.photo}, load,
                                            [](const auto& made) { return made->size_bytes(); }));
-  if (known->camera.fx == camera.model.fx) return known;
-  // The camera's focal length was refined since, or is another one in this snapshot.
-  auto renewed = std::make_shared<ImageFeatures>(*known);
-  renewed->camera = Pinhole(camera.model);
+  if (known->lens == camera.model) return known;
+  // The lens was refined since, or is another one in this snapshot.
+  VEDUTA_ASSIGN_OR_RETURN(auto renewed, load());
   cache_.Erase({id, image.photo});
   Put(image.photo, renewed);
-  return std::shared_ptr<const ImageFeatures>(std::move(renewed));
+  return renewed;
+}
+
+Result<std::shared_ptr<const Features>> ImageFeatureCache::Read(const Snapshot& snapshot,
+                                                                const ImageRecord& image,
+                                                                const CameraRecord& camera) const {
+  for (const CameraModel& model : {camera.model, camera.extraction_model()}) {
+    if (const Status usable = CheckCamera(model); !usable.ok()) {
+      return Status::Corruption("family cameras: camera " + std::to_string(camera.id.value) + ": " +
+                                usable.message());
+    }
+  }
+  UndistortCache tables(0);
+  VEDUTA_ASSIGN_OR_RETURN(Features features,
+                          ReadOrDeriveFeatures(snapshot, image, camera, &tables, decoder_));
+  if (features.size() != image.feature_count) {
+    return Status::Corruption("family features: photo " + image.photo.Hex() + " has " +
+                              std::to_string(features.size()) + " features, and image " +
+                              std::to_string(image.id.value) + " says " +
+                              std::to_string(image.feature_count));
+  }
+  return std::make_shared<const Features>(std::move(features));
 }
 
 Result<PackedDescriptors> ImageFeatureCache::Pack(const Snapshot& snapshot,

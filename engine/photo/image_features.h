@@ -24,7 +24,8 @@ struct ImageFeatures {
   enum class Packing : uint8_t { kOnDemand, kKept };
 
   ImageId id;
-  Pinhole camera;
+  CameraModel lens;  // by which the features lie where they lie
+  Pinhole camera;    // of the lens
   uint32_t width_px = 0, height_px = 0;
   std::shared_ptr<const Features> features;  // all of them
   std::shared_ptr<const FeatureGrid> grid;   // where all of them lie
@@ -73,6 +74,9 @@ class ImageFeatureCache final {
   // kNotFound where the image has no stored features. Damaged ones are derived from the photo,
   // which takes about a second; kCorruption where that fails.
   Result<std::shared_ptr<const ImageFeatures>> Get(const Snapshot& snapshot, ImageId id);
+  // All features of a stored image as a lens of its camera's has them; not kept. Errors as of Get.
+  Result<std::shared_ptr<const Features>> Read(const Snapshot& snapshot, const ImageRecord& image,
+                                               const CameraRecord& camera) const;
   // The matches of two images, first < second, by a ratio test of `ratio_max` (MatchOptions). They
   // are kept because images are adjusted again and again with the same ones beside them. Errors as
   // of Get.

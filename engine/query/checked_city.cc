@@ -3,6 +3,7 @@
 
 #include <cstring>
 
+#include "engine/photo/carried_features.h"
 #include "engine/query/stored_records.h"
 #include "storage/records/border_record.h"
 #include "storage/records/earth_record.h"
@@ -137,13 +138,23 @@ std::shared_ptr<const CheckedCity::Eye> CheckedCity::EyeOf(ImageId id) const {
   if (std::shared_ptr<const Eye> kept = eyes_.Find(id)) return kept;
   const ImageRecord& image = images.at(id);
   const auto camera = cameras.find(image.camera);
-  const Result<Features> features = snapshot.GetFeatures(image.photo);
+  Result<Features> features = snapshot.GetFeatures(image.photo);
   if (camera == cameras.end() || !features.ok()) return nullptr;
   auto eye = std::make_shared<Eye>();
   eye->camera = Pinhole(camera->second.model);
-  eye->keypoints.reserve(features->size());
-  for (const Keypoint& k : features->keypoints) eye->keypoints.emplace_back(k.x_px, k.y_px);
-  eyes_.Put(id, eye, sizeof(Eye) + eye->keypoints.size() * sizeof(Eigen::Vector2f));
+  eye->extraction = camera->second.extraction_model();
+  const auto places = [&] {
+    KeypointPlaces all;
+    all.reserve(features->size());
+    for (const Keypoint& k : features->keypoints) all.emplace_back(k.x_px, k.y_px);
+    return all;
+  };
+  if (camera->second.refined_from) eye->extracted = places();
+  CarryKeypoints(camera->second, features->keypoints);
+  eye->keypoints = places();
+  eyes_.Put(
+      id, eye,
+      sizeof(Eye) + (eye->keypoints.size() + eye->extracted.size()) * sizeof(Eigen::Vector2f));
   return eye;
 }
 

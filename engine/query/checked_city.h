@@ -52,7 +52,13 @@ struct CheckedCity {
   // Null where image, camera or features are missing or damaged. Kept for the next time.
   struct Eye {
     Pinhole camera;
-    KeypointPlaces keypoints;
+    CameraModel extraction;    // CameraRecord::extraction_model
+    KeypointPlaces keypoints;  // where the camera has them
+    KeypointPlaces extracted;  // where `extraction` has them; empty where that is no other place
+
+    const KeypointPlaces& places_extracted() const {
+      return extracted.empty() ? keypoints : extracted;
+    }
   };
   std::shared_ptr<const Eye> EyeOf(ImageId id) const;
 

@@ -10,6 +10,9 @@ void Add(const CameraRecord& camera, ContentFeed* feed) {
   const CameraModel& m = camera.model;
   *feed << camera.id << camera.name << m.width_px << m.height_px << m.fx << m.fy << m.cx << m.cy
         << m.k1 << m.k2 << m.u0 << m.v0;
+  if (!camera.refined_from) return;
+  const CameraModel& from = *camera.refined_from;
+  *feed << from.fx << from.fy << from.k1 << from.k2;
 }
 
 void Add(const GeoPosition& position, ContentFeed* feed) {
@@ -130,7 +133,10 @@ Status AddImage(const Snapshot& snapshot, const ImageRecord& image, uint32_t gen
     *feed << pair.a << pair.b << pair.geometry << pair.b_from_a
           << static_cast<uint64_t>(pair.matches.size());
     // A pair of an older program keeps the digest that this gave.
-    if (pair.focal_a_px != 0) *feed << pair.focal_a_px << pair.focal_b_px;
+    if (pair.lens_a.focal_px != 0) *feed << pair.lens_a.focal_px << pair.lens_b.focal_px;
+    for (const PairLens& lens : {pair.lens_a, pair.lens_b}) {
+      if (lens.k1 != 0 || lens.k2 != 0) *feed << lens.k1 << lens.k2;
+    }
     for (const FeatureMatch& match : pair.matches) *feed << match.a << match.b;
   }
   VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,

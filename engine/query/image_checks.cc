@@ -159,8 +159,8 @@ Status CompareFeatures(const CheckedCity& city, const ImageRecord& image,
   if (camera == city.cameras.end() || !stored.ok()) return Status::Ok();  // other checks say so
   const PhotoSource source{image.name, image.name,
                            std::vector<uint8_t>(photo.begin(), photo.end())};
-  const PreparedPhoto again =
-      city.preparer->Extract(source, camera->second.model, StoredLayout(image.orientation));
+  const PreparedPhoto again = city.preparer->Extract(source, camera->second.extraction_model(),
+                                                     StoredLayout(image.orientation));
   VEDUTA_RETURN_IF_ERROR(again.failure);
   violations->Expect(
       again.reason == Reason::kNone && again.features.keypoints == stored->keypoints &&
@@ -296,7 +296,8 @@ Status CheckImages(const CheckedCity& city, Violations* violations) {
     });
   }
   for (const auto& [id, camera] : city.cameras) {
-    const Status usable = CheckCamera(camera.model);
+    Status usable = CheckCamera(camera.model);
+    if (usable.ok() && camera.refined_from) usable = CheckCamera(*camera.refined_from);
     violations->Expect(usable.ok(), [&, id = id] { return NameOf(id) + ": " + usable.message(); });
   }
   VEDUTA_RETURN_IF_ERROR(CheckIndexes(city, violations));

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/camera/projection.h"
+#include "engine/mapping/lens_projection.h"
 #include "engine/matching/two_view.h"
+#include "engine/photo/carried_features.h"
 #include "engine/query/checked_city.h"
 #include "engine/query/stored_records.h"
 
@@ -29,19 +32,31 @@ struct Sides {
   std::vector<Eigen::Vector2d> a, b;  // where the matches lie, in normalised coordinates
 };
 
-// By how many times the focal length has grown since the pair was verified.
-double Growth(const CheckedCity::Eye& eye, double then_px) {
-  return then_px == 0 ? 1 : eye.camera.focal_px() / then_px;
+// The lens by which the pair was verified. Older programs kept k1 and k2 in step with the focal
+// length.
+CameraModel LensThen(const CheckedCity::Eye& eye, const PairLens& then) {
+  if (then.focal_px == 0) return eye.extraction;
+  const double growth = then.focal_px / Pinhole(eye.extraction).focal_px();
+  CameraModel lens = ChangedLens(eye.extraction, LensChange(std::log(growth), 0, 0));
+  if (then.k1 != 0 || then.k2 != 0) lens.k1 = then.k1, lens.k2 = then.k2;
+  return lens;
 }
 
-Sides SidesOf(const PairRecord& pair, const CheckedCity::Eye& a, const CheckedCity::Eye& b) {
-  const double growth_a = Growth(a, pair.focal_a_px), growth_b = Growth(b, pair.focal_b_px);
-  Sides x;
+// Where the lens sees the features, in normalised coordinates.
+std::vector<Eigen::Vector2d> SeenBy(const CameraModel& lens, const CheckedCity::Eye& eye,
+                                    const PairRecord& pair, FeatureIndex FeatureMatch::*feature) {
+  std::vector<Keypoint> carried;
   for (const FeatureMatch& m : pair.matches) {
-    x.a.push_back(growth_a * a.camera.Normalize(Eigen::Vector2d(a.keypoints[m.a].cast<double>())));
-    x.b.push_back(growth_b * b.camera.Normalize(Eigen::Vector2d(b.keypoints[m.b].cast<double>())));
+    const Eigen::Vector2f& place = eye.places_extracted()[m.*feature];
+    carried.emplace_back().x_px = place.x(), carried.back().y_px = place.y();
   }
-  return x;
+  CameraRecord camera;
+  camera.model = lens;
+  if (lens != eye.extraction) camera.refined_from = eye.extraction;
+  CarryKeypoints(camera, carried);
+  std::vector<Eigen::Vector2d> seen;
+  for (const Keypoint& k : carried) seen.push_back(NormalizedFromPixel(lens, {k.x_px, k.y_px}));
+  return seen;
 }
 
 // What refinement minimises: the root of the mean robust squared distance, in multiples of `scale`.
@@ -68,11 +83,12 @@ bool IsExplained(const Rigid3& b_from_a, const Eigen::Vector2d& a, const Eigen::
 // Whether all matches are such as the geometry would have been verified by, and whether the
 // geometry is about the best for them.
 bool MatchesFit(const PairRecord& pair, const CheckedCity::Eye& a, const CheckedCity::Eye& b) {
-  const double focal_px = std::min(a.camera.focal_px() / Growth(a, pair.focal_a_px),
-                                   b.camera.focal_px() / Growth(b, pair.focal_b_px));
+  const CameraModel lens_a = LensThen(a, pair.lens_a), lens_b = LensThen(b, pair.lens_b);
+  const double focal_px = std::min(Pinhole(lens_a).focal_px(), Pinhole(lens_b).focal_px());
   const double distance_max = TwoViewOptions().error_px_max / focal_px;
   const double scale = 0.5 * distance_max;  // as in engine/ingest/pair_verifier.cc
-  const Sides x = SidesOf(pair, a, b);
+  const Sides x{SeenBy(lens_a, a, pair, &FeatureMatch::a),
+                SeenBy(lens_b, b, pair, &FeatureMatch::b)};
   for (size_t i = 0; i < x.a.size(); ++i) {
     if (!IsExplained(pair.b_from_a, x.a[i], x.b[i], kErrorSlack * distance_max)) return false;
   }

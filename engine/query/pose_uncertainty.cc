@@ -9,6 +9,7 @@
 
 #include "engine/mapping/bundle_adjustment.h"
 #include "engine/mapping/pose_covariance.h"
+#include "engine/photo/carried_features.h"
 #include "engine/query/unsure_poses.h"
 #include "storage/base/angle.h"
 
@@ -78,7 +79,8 @@ class Gatherer final {
       return Contradiction(id, "sees a point of a reconstruction in which it has no pose");
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_.GetImage(id));
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(image.camera));
-    VEDUTA_ASSIGN_OR_RETURN(const Features features, snapshot_.GetFeatures(image.photo));
+    VEDUTA_ASSIGN_OR_RETURN(Features features, snapshot_.GetFeatures(image.photo));
+    CarryKeypoints(camera, features.keypoints);
     const uint32_t place = static_cast<uint32_t>(problem_.cams_from_world.size());
     problem_.cams_from_world.push_back(pose->cam_from_world);
     problem_.cameras.emplace_back(camera.model);

@@ -22,13 +22,15 @@ void TakeNewerLens(CameraId id, HealingWork* healing) {
   const auto told = healing->told_cameras.find(id);
   CameraRecord& camera = healing->cameras.at(id);
   if (!healing->source.is_pieced_together() || told == healing->told_cameras.end() ||
-      told->second.name != camera.name || told->second.model == camera.model) {
+      told->second.name != camera.name ||
+      (told->second.model == camera.model && told->second.refined_from == camera.refined_from)) {
     return;
   }
   healing->notes.Add(
       "camera " + std::to_string(id.value) + " has another lens than the journal says",
       "it has that of the journal");
   camera.model = told->second.model;
+  camera.refined_from = told->second.refined_from;
   camera.is_refinable = told->second.is_refinable;
   camera.focal_stddev_share = 0;  // which the journal does not tell
 }
@@ -61,7 +63,7 @@ Remains ReadRemains(const Salvage& source) {
 
 // The cameras that may have taken the photo, each with the features that it leads to. Where those
 // that are stored are among them, those cameras alone: extraction is deterministic. There may be
-// several then: cameras that differ by a focal length that was refined lead to the same features.
+// several then: cameras that differ by how they were refined lead to the same features.
 struct Fitting {
   std::vector<std::pair<const CameraRecord*, PreparedPhoto>> cameras;
   bool has_stored_features = false;
@@ -73,7 +75,7 @@ Result<Fitting> FittingCameras(const std::vector<uint8_t>& bytes, const Result<F
                                const HealingWork& healing) {
   Fitting fitting, same;
   for (const auto& [id, camera] : healing.cameras) {
-    PreparedPhoto photo = healing.preparer.Extract({"", "", bytes}, camera.model);
+    PreparedPhoto photo = healing.preparer.Extract({"", "", bytes}, camera.extraction_model());
     VEDUTA_RETURN_IF_ERROR(photo.failure);
     if (photo.reason != Reason::kNone) continue;
     same.has_stored_features = same.has_stored_features || SameDescriptors(stored, photo.features);
@@ -84,7 +86,7 @@ Result<Fitting> FittingCameras(const std::vector<uint8_t>& bytes, const Result<F
 }
 
 // The one of them that other images have whose poses are in the same reconstruction, whose
-// structure rests on its focal length; the first where that does not tell.
+// structure rests on its lens; the first where that does not tell.
 Result<size_t> ChooseCamera(const Fitting& fitting, const std::optional<PoseRecord>& pose,
                             const HealingWork& healing) {
   if (!pose || fitting.cameras.size() == 1) return size_t{0};

@@ -111,6 +111,7 @@ Status RestateJournal(HealingWork* healing) {
     const auto told = healing->told_cameras.find(id);
     const bool is_told_so = told != healing->told_cameras.end() &&
                             told->second.model == camera.model &&
+                            told->second.refined_from == camera.refined_from &&
                             told->second.is_refinable == camera.is_refinable;
     if (is_told_so && healing->told.cameras.contains(camera.name)) continue;
     VEDUTA_RETURN_IF_ERROR(Append("veduta", "camera", {}, {}, CameraEntry(camera), healing));

@@ -34,7 +34,7 @@ Result<std::optional<Features>> FeaturesOf(const std::vector<uint8_t>& bytes, Im
   if (stored.ok() && stored->size() == image->feature_count)
     return std::optional(std::move(*stored));
   if (!stored.ok() && !IsDamage(stored.status())) return stored.status();
-  const CameraModel& camera = healing->cameras.at(image->camera).model;
+  const CameraModel& camera = healing->cameras.at(image->camera).extraction_model();
   PreparedPhoto photo =
       healing->preparer.Extract({image->name, "", bytes}, camera, StoredLayout(image->orientation));
   VEDUTA_RETURN_IF_ERROR(photo.failure);  // the memory was too short: nothing is lost

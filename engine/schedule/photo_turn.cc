@@ -69,8 +69,8 @@ Result<PreparedPhoto> Scheduler::Prepare(WaitingPhoto* photo,
     if (!found.ok()) failed.failure = found.status();
   }
   if (!photo->camera) return failed;
-  Result<PreparedPhoto> prepared =
-      preparer_->Prepare(photo->photo, photo->camera->model, photo->contributor, company);
+  Result<PreparedPhoto> prepared = preparer_->Prepare(
+      photo->photo, photo->camera->extraction_model(), photo->contributor, company);
   if (blurrer_ == nullptr || photo->is_blurred || !IsStorable(prepared)) return prepared;
   // It could not be decoded before, or was stored until now.
   failed.failure = Status::Busy("it waits to be blurred: nobody has told what is private in it");

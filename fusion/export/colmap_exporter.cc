@@ -91,7 +91,7 @@ class ColmapModel final {
     VEDUTA_ASSIGN_OR_RETURN(const ImageRecord image, snapshot_.GetImage(pose.image));
     VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera, snapshot_.GetCamera(image.camera));
     VEDUTA_ASSIGN_OR_RETURN(const Features features,
-                            ReadOrDeriveFeatures(snapshot_, image, camera.model, &tables_));
+                            ReadOrDeriveFeatures(snapshot_, image, camera, &tables_));
     VEDUTA_ASSIGN_OR_RETURN(const std::vector<Observation> observations,
                             snapshot_.GetObservations(image.id));
     VEDUTA_RETURN_IF_ERROR(CheckObservations(image, features, observations));

@@ -109,8 +109,10 @@ class DepthStage final {
   }
 
   Result<std::vector<SensorView>> Rank(const SceneImage& image) {
+    VEDUTA_ASSIGN_OR_RETURN(const CameraRecord camera,
+                            loader_.snapshot().GetCamera(image.record.camera));
     VEDUTA_ASSIGN_OR_RETURN(const Features features,
-                            ReadOrDeriveFeatures(loader_.snapshot(), image.record, image.camera,
+                            ReadOrDeriveFeatures(loader_.snapshot(), image.record, camera,
                                                  &loader_.tables(), pass_.views().decoder));
     KeyView key{
         image.record.width_px, image.record.height_px, image.cam_from_world.Center(), {}, {}};

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "storage/base/ids.h"
@@ -29,8 +30,8 @@ struct CameraRecord {
   std::string name;
   CameraModel model;
   std::string source;  // where the intrinsics came from, in words
-  // Whether photos of the city alone have told its lens. Its focal length is then refined with what
-  // they see; otherwise it stays.
+  // Whether photos of the city alone have told its lens. It is then refined with what they see;
+  // otherwise it stays.
   bool is_refinable = false;
   // Null once these photos were added, and where there never were any.
   std::shared_ptr<const AwaitedPhotos> awaited = {};
@@ -40,6 +41,13 @@ struct CameraRecord {
   // that a person has named.
   double focal_stddev_share = 0;
   uint32_t version = 1;  // grows each time that its intrinsics change
+  // What its photos are straightened by before features are extracted, where it is another model
+  // than `model`: that one has been refined since. They differ by fx, fy, k1 and k2 alone. What is
+  // stored of a photo's features never changes; where they lie by `model` is told by
+  // CarryKeypoints (engine/photo/carried_features.h).
+  std::optional<CameraModel> refined_from = {};
+
+  const CameraModel& extraction_model() const { return refined_from ? *refined_from : model; }
 };
 
 }  // namespace veduta

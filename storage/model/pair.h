@@ -17,15 +17,21 @@ enum class PairGeometry : uint8_t {
   kRotation = 3,  // a rotation explains the matches: no parallax, no structure
 };
 
+// What a camera's lens was when a pair was verified, for lenses are refined later.
+struct PairLens {
+  double focal_px = 0;    // positive, or 0 where an older program wrote it, which refined none
+  double k1 = 0, k2 = 0;  // 0, too, where an older program kept them in step with the focal length
+
+  bool operator==(const PairLens&) const = default;
+};
+
 // An edge of the view graph: a < b always.
 struct PairRecord {
   ImageId a, b;
   PairGeometry geometry = PairGeometry::kGeneral;
   Rigid3 b_from_a;                    // translation of unit length
   std::vector<FeatureMatch> matches;  // verified inliers, ascending in a, each feature at most once
-  // Of the cameras when it was verified, for they are refined later: positive, or 0 where an older
-  // program wrote it, which refined none.
-  double focal_a_px = 0, focal_b_px = 0;
+  PairLens lens_a, lens_b;            // by which b_from_a was found
 };
 
 struct PairNeighbor {

@@ -19,7 +19,15 @@ std::string CameraKey(CameraId id) {
 
 Status Check(const CameraRecord& camera) {
   VEDUTA_RETURN_IF_ERROR(CheckId("camera", camera.id));
-  const CameraModel& m = camera.model;
+  const CameraModel &m = camera.model, &extraction = camera.extraction_model();
+  if (camera.refined_from) {
+    CameraModel alike = m;
+    alike.fx = extraction.fx, alike.fy = extraction.fy;
+    alike.k1 = extraction.k1, alike.k2 = extraction.k2;
+    if (alike != extraction)
+      return Status::InvalidArgument("refined_from differs by more than fx, fy, k1 and k2");
+    if (extraction.fx == 0) return Status::InvalidArgument("refined_from has no focal length");
+  }
   return CheckFinite({{"fx", m.fx},
                       {"fy", m.fy},
                       {"cx", m.cx},
@@ -28,6 +36,10 @@ Status Check(const CameraRecord& camera) {
                       {"k2", m.k2},
                       {"u0", m.u0},
                       {"v0", m.v0},
+                      {"refined_from fx", extraction.fx},
+                      {"refined_from fy", extraction.fy},
+                      {"refined_from k1", extraction.k1},
+                      {"refined_from k2", extraction.k2},
                       {"told_focal_share", camera.told_focal_share},
                       {"focal_stddev_share", camera.focal_stddev_share}});
 }
@@ -54,6 +66,12 @@ Result<std::string> Encode(const CameraRecord& camera) {
     to.setToldFocalShare(camera.told_focal_share);
     to.setFocalStddevShare(camera.focal_stddev_share);
     to.setVersion(camera.version);
+    if (camera.refined_from) {
+      to.setRefinedFromFx(camera.refined_from->fx);
+      to.setRefinedFromFy(camera.refined_from->fy);
+      to.setRefinedFromK1(camera.refined_from->k1);
+      to.setRefinedFromK2(camera.refined_from->k2);
+    }
     if (awaited == nullptr) return;
     to.setAwaitedPhotos(AsData(awaited->photos));
     to.setAwaitedList(AsData(&awaited->list, 1));
@@ -72,6 +90,12 @@ Status Decode(std::string_view value, CameraId id, CameraRecord* camera) {
     camera->told_focal_share = from.getToldFocalShare();
     camera->focal_stddev_share = from.getFocalStddevShare();
     camera->version = std::max(1u, from.getVersion());  // older programs leave it out
+    camera->refined_from.reset();
+    if (from.getRefinedFromFx() != 0) {
+      CameraModel& refined_from = camera->refined_from.emplace(camera->model);
+      refined_from.fx = from.getRefinedFromFx(), refined_from.fy = from.getRefinedFromFy();
+      refined_from.k1 = from.getRefinedFromK1(), refined_from.k2 = from.getRefinedFromK2();
+    }
     const auto awaited = std::make_shared<AwaitedPhotos>();
     if (!CopyRows(from.getAwaitedPhotos(), &awaited->photos)) return BadRows("awaited_photos");
     std::vector<ContentHash> list;

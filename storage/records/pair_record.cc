@@ -54,8 +54,12 @@ Status Check(const PairRecord& pair) {
   if (!Known(pair.geometry))
     return Broken("pair's geometry", static_cast<uint64_t>(pair.geometry), "a known one");
   VEDUTA_RETURN_IF_ERROR(CheckTransform(pair.b_from_a.rotation, pair.b_from_a.translation));
-  VEDUTA_RETURN_IF_ERROR(CheckFocal("pair's focalAPx", pair.focal_a_px));
-  VEDUTA_RETURN_IF_ERROR(CheckFocal("pair's focalBPx", pair.focal_b_px));
+  VEDUTA_RETURN_IF_ERROR(CheckFocal("pair's focalAPx", pair.lens_a.focal_px));
+  VEDUTA_RETURN_IF_ERROR(CheckFocal("pair's focalBPx", pair.lens_b.focal_px));
+  VEDUTA_RETURN_IF_ERROR(CheckFinite({{"pair's k1A", pair.lens_a.k1},
+                                      {"pair's k2A", pair.lens_a.k2},
+                                      {"pair's k1B", pair.lens_b.k1},
+                                      {"pair's k2B", pair.lens_b.k2}}));
   const auto less = [](const FeatureMatch& x, const FeatureMatch& y) { return x.a < y.a; };
   if (!StrictlyAscending(std::span<const FeatureMatch>(pair.matches), less)) {
     return Broken("order of the matches", "wrong", "strictly ascending in a");
@@ -69,8 +73,12 @@ Result<std::string> Encode(const PairRecord& pair) {
     to.setGeometry(static_cast<uint8_t>(pair.geometry));
     Fill(to.initBFromA(), pair.b_from_a.rotation, pair.b_from_a.translation);
     to.setMatches(AsData(pair.matches));
-    to.setFocalAPx(pair.focal_a_px);
-    to.setFocalBPx(pair.focal_b_px);
+    to.setFocalAPx(pair.lens_a.focal_px);
+    to.setFocalBPx(pair.lens_b.focal_px);
+    to.setK1A(pair.lens_a.k1);
+    to.setK2A(pair.lens_a.k2);
+    to.setK1B(pair.lens_b.k1);
+    to.setK2B(pair.lens_b.k2);
   });
 }
 
@@ -81,8 +89,10 @@ Status Decode(std::string_view value, ImageId a, ImageId b, PairRecord* pair) {
     pair->geometry = static_cast<PairGeometry>(from.getGeometry());
     Read(from.getBFromA(), &pair->b_from_a.rotation, &pair->b_from_a.translation);
     if (!CopyRows(from.getMatches(), &pair->matches)) return BadRows("matches");
-    pair->focal_a_px = from.getFocalAPx();
-    pair->focal_b_px = from.getFocalBPx();
+    pair->lens_a.focal_px = from.getFocalAPx();
+    pair->lens_b.focal_px = from.getFocalBPx();
+    pair->lens_a.k1 = from.getK1A(), pair->lens_a.k2 = from.getK2A();
+    pair->lens_b.k1 = from.getK1B(), pair->lens_b.k2 = from.getK2B();
     return Damaged(Check(*pair));
   });
 }

@@ -143,6 +143,10 @@ struct Camera {
   toldFocalShare @15 :Float64;
   focalStddevShare @16 :Float64;
   version @17 :UInt32;
+  refinedFromFx @18 :Float64;  # 0: it was not refined
+  refinedFromFy @19 :Float64;
+  refinedFromK1 @20 :Float64;
+  refinedFromK2 @21 :Float64;
 }
 
 struct Image {
@@ -233,6 +237,10 @@ struct Pair {
   matches @2 :Data;  # rows: feature in a u32, feature in b u32
   focalAPx @3 :Float64;
   focalBPx @4 :Float64;
+  k1A @5 :Float64;
+  k2A @6 :Float64;
+  k1B @7 :Float64;
+  k2B @8 :Float64;
 }
 
 struct Reconstruction {

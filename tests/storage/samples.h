@@ -119,8 +119,10 @@ inline PairRecord SamplePair(uint32_t a, uint32_t b, size_t match_count) {
   pair.geometry = PairGeometry::kPlanar;
   pair.b_from_a = SampleRigid(&random);
   for (uint32_t i = 0; i < match_count; ++i) pair.matches.push_back({2 * i, 3 * i + 1});
-  pair.focal_a_px = 1000 + a;
-  pair.focal_b_px = 800;
+  pair.lens_a.focal_px = 1000 + a;
+  pair.lens_b.focal_px = 800;
+  pair.lens_a.k1 = -0.125, pair.lens_a.k2 = 0.25;
+  pair.lens_b.k1 = 0.5;
   return pair;
 }
 

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: a focal length that photos of the city have told wrongly is refined with the structure, and
-//   stored with it in one transaction; one that somebody has given stays; images of the camera in
+// Goal: a lens that photos of the city have told wrongly is refined with the structure, and stored
+//   with it in one transaction; one that somebody has given stays; images of the camera in
 //   another reconstruction keep what theirs rests on; it is due now and then, and not always.
 // Method: synthetic scenes in a database, whose camera is 3 % off.
 #include "engine/ingest/lens_refinement.h"
 
 #include <gtest/gtest.h>
 
+#include "engine/camera/projection.h"
 #include "engine/ingest/follow_up_steps.h"
 #include "engine/ingest/reconstruction_adjustment.h"
+#include "engine/mapping/pair_matches.h"
+#include "engine/matching/two_view.h"
 #include "tests/engine/ingest/scene_database.h"
 
 namespace veduta {
@@ -32,6 +35,52 @@ void PutCamera(SceneDatabase* scene, double factor, bool is_refinable) {
   camera.is_refinable = is_refinable;
   const auto transaction = scene->database()->BeginTransaction();
   transaction->PutCamera(camera);
+  ASSERT_OK(transaction->Commit());
+}
+
+// From now on the lens is believed to be another one than the photos were straightened by, which is
+// the true one.
+void BelieveInDistortion(SceneDatabase* scene) {
+  CameraRecord camera = *scene->Snap()->GetCamera(SceneDatabase::ImageCamera());
+  camera.is_refinable = true;
+  camera.refined_from = camera.model;
+  camera.model.fx *= 0.98, camera.model.fy *= 0.98;
+  camera.model.k1 = 0.03, camera.model.k2 = -0.02;
+  const auto transaction = scene->database()->BeginTransaction();
+  transaction->PutCamera(camera);
+  ASSERT_OK(transaction->Commit());
+}
+
+// The pairs of an image are those that the lens as it is believed to be now finds.
+void VerifyAgain(SceneDatabase* scene, ImageId image) {
+  const auto snapshot = scene->Snap();
+  const auto own = *scene->features()->Get(*snapshot, image);
+  const auto transaction = scene->database()->BeginTransaction();
+  const auto x = [](const ImageFeatures& of, FeatureIndex feature) {
+    return of.camera.Normalize(of.features->keypoints[feature]);
+  };
+  const auto neighbors = snapshot->ListNeighbors(image);
+  ASSERT_OK(neighbors);
+  ASSERT_FALSE(neighbors->empty());
+  for (const PairNeighbor& neighbor : *neighbors) {
+    PairMatches pair = MatchesFrom(*snapshot->GetPair(image, neighbor.image), image);
+    const auto other = *scene->features()->Get(*snapshot, neighbor.image);
+    std::vector<Eigen::Vector2d> x_own, x_other;
+    for (const FeatureMatch& match : pair.matches) {
+      x_own.push_back(x(*own, match.a));
+      x_other.push_back(x(*other, match.b));
+    }
+    const TwoViewGeometry found =
+        EstimateTwoView(x_own, x_other, own->camera.focal_px(), 1, TwoViewOptions());
+    std::vector<FeatureMatch> inliers;
+    for (const uint32_t i : found.inliers) inliers.push_back(pair.matches[i]);
+    pair.matches = inliers;
+    pair.geometry = found.geometry;
+    pair.other_from_photo = found.b_from_a;
+    pair.lens_photo = {own->camera.focal_px(), own->lens.k1, own->lens.k2};
+    pair.lens_other = {other->camera.focal_px(), other->lens.k1, other->lens.k2};
+    transaction->PutPair(RecordOf(pair, image));
+  }
   ASSERT_OK(transaction->Commit());
 }
 
@@ -66,6 +115,29 @@ TEST(LensRefinement, FindsTheFocalLengthAndStoresItWithTheStructure) {
   EXPECT_LT(camera.focal_stddev_share, 0.003);
   EXPECT_EQ((*scene.features()->Get(*scene.Snap(), ImageId(3)))->camera.fx, camera.model.fx);
   EXPECT_EQ(scene.Snap()->ListCameras()->size(), 1u);
+  ExpectSound(scene);
+}
+
+TEST(LensRefinement, FindsTheDistortionAndFeaturesFollowIt) {
+  SceneDatabase scene(ManyCameras());
+  scene.AddImages(0, 14);
+  const ReconstructionId id = scene.AddReconstruction(Range(0, 14));
+  BelieveInDistortion(&scene);
+  const Features stored = *scene.Snap()->GetFeatures(scene.Snap()->GetImage(ImageId(3))->photo);
+  const auto before = *scene.features()->Get(*scene.Snap(), ImageId(3));
+  EXPECT_NE(before->features->keypoints, stored.keypoints);
+  VerifyAgain(&scene, ImageId(3));
+  RefineAndWrite(&scene, id);
+  const CameraRecord camera = *scene.Snap()->GetCamera(SceneDatabase::ImageCamera());
+  EXPECT_EQ(camera.extraction_model(), scene.Model());
+  EXPECT_NEAR(camera.model.fx, scene.Model().fx, 0.003 * scene.Model().fx);
+  // The truth has no distortion.
+  for (const Eigen::Vector2d& place : {Eigen::Vector2d(100, 100), Eigen::Vector2d(300, 200)})
+    EXPECT_LT((DistortPixel(camera.model, place) - place).norm(), 1.5);
+  const auto after = *scene.features()->Get(*scene.Snap(), ImageId(3));
+  EXPECT_NE(after->features->keypoints, before->features->keypoints);
+  EXPECT_EQ(scene.Snap()->GetFeatures(scene.Snap()->GetImage(ImageId(3))->photo)->keypoints,
+            stored.keypoints);
   ExpectSound(scene);
 }
 
@@ -120,6 +192,7 @@ TEST(LensRefinement, WhereNothingIsRefinedTheMapIsAsItWas) {
   for (const ImageId id : images) {
     EXPECT_EQ(map.image(id).camera.fx, before.at(id).camera.fx);
     EXPECT_EQ(map.image(id).camera.fy, before.at(id).camera.fy);
+    EXPECT_EQ(map.image(id).features->keypoints, before.at(id).features->keypoints);
     EXPECT_EQ(map.image(id).cam_from_world.translation, before.at(id).cam_from_world.translation);
   }
   for (const auto& [id, position] : points) EXPECT_EQ(map.point(id).position, position);

@@ -10,7 +10,9 @@
 #include <array>
 
 #include "ceres_bundle.h"
+#include "engine/camera/projection.h"
 #include "engine/mapping/bundle_solver.h"
+#include "engine/mapping/lens_projection.h"
 #include "synthetic_scene.h"
 
 namespace veduta {
@@ -199,28 +201,65 @@ TEST(BundleAdjustment, FindsTheTruthAndKeepsTheFrame) {
   }
 }
 
-TEST(BundleAdjustment, RefinesFocalLengthsThatSeveralImagesHave) {
+// The map's images see by a lens what they saw before in photos that `truth` has taken.
+void SeeThrough(const CameraModel& truth, ImageId id, const CameraModel& lens, CityMap* map) {
+  const auto features = std::make_shared<Features>(*map->image(id).features);
+  for (Keypoint& k : features->keypoints) {
+    const auto place = UndistortPixel(lens, DistortPixel(truth, {k.x_px, k.y_px}));
+    k.x_px = static_cast<float>(place->x()), k.y_px = static_cast<float>(place->y());
+  }
+  map->SetLens(id, Pinhole(lens), features, std::make_shared<const FeatureGrid>(*features));
+}
+
+TEST(BundleAdjustment, RefinesLensesThatSeveralImagesHave) {
   const SyntheticScene scene = MakeScene({});
+  const Pinhole& c = scene.camera;
+  const CameraModel truth{
+      SyntheticScene::kWidth, SyntheticScene::kHeight, c.fx, c.fy, c.cx, c.cy, -0.1, 0, c.cx, c.cy};
+  const LensChange off[] = {{std::log(0.97), 0.02, 0}, {std::log(1.02), -0.01, 0}};
   CityMap map = MakeMap(scene);
+  const CityMap straight = MakeMap(scene);
   Disturb(&map, 0.02, 3);
   std::map<ImageId, uint32_t> lens_of;
+  BundleLens lenses[2];
+  for (int i = 0; i < 2; ++i) lenses[i].model = ChangedLens(truth, off[i]);
   for (const ImageId id : AllImages(map)) {
-    if (id == ImageId(1)) continue;  // its focal length is known
+    if (id == ImageId(1)) continue;  // its lens is known
     lens_of[id] = id.value % 2;
-    map.ScaleFocal(id, id.value % 2 == 0 ? 0.97 : 1.02);
+    SeeThrough(truth, id, lenses[id.value % 2].model, &map);
   }
-  const auto factors = AdjustBundleWithLenses(&map, AllImages(map),
-                                              map.PointsSeenBy(AllImages(map)), lens_of, 2, {});
-  ASSERT_TRUE(factors.ok());
-  EXPECT_NEAR((*factors)[0].factor, 1 / 0.97, 0.002);
-  EXPECT_NEAR((*factors)[1].factor, 1 / 1.02, 0.002);
-  for (const LensFactor& lens : *factors) {
-    EXPECT_GT(lens.log_deviation, 1e-5);
-    EXPECT_LT(lens.log_deviation, 0.002);
+  const LensSetter set_lens = [&](ImageId id, const CameraModel& lens) {
+    const MapImage& image = straight.image(id);
+    map.SetLens(id, image.camera, image.features, image.grid);
+    SeeThrough(truth, id, lens, &map);
+    return Status::Ok();
+  };
+  const auto refined = AdjustBundleWithLenses(
+      &map, AllImages(map), map.PointsSeenBy(AllImages(map)), lens_of, {}, set_lens, lenses);
+  ASSERT_TRUE(refined.ok());
+  EXPECT_TRUE(*refined);
+  for (const BundleLens& lens : lenses) {
+    EXPECT_NEAR(lens.model.fx, truth.fx, 0.003 * truth.fx);
+    EXPECT_NEAR(lens.model.k1, truth.k1, 0.01);
+    EXPECT_GT(lens.focal_stddev_share, 1e-5);
+    EXPECT_LT(lens.focal_stddev_share, 0.003);
   }
   EXPECT_EQ(map.image(ImageId(1)).camera.fx, scene.camera.fx);
-  EXPECT_NEAR(map.image(ImageId(2)).camera.fx, scene.camera.fx, 0.002 * scene.camera.fx);
+  EXPECT_EQ(map.image(ImageId(2)).camera.fx, lenses[0].model.fx);
   EXPECT_LT(MeanError(map), 0.45);
+}
+
+TEST(BundleAdjustment, ALensThatCannotBeSetIsAnError) {
+  CityMap map = MakeMap(MakeScene({}));
+  const Pinhole& c = map.image(ImageId(1)).camera;
+  BundleLens lens{
+      {SyntheticScene::kWidth, SyntheticScene::kHeight, c.fx, c.fy, c.cx, c.cy, 0, 0, c.cx, c.cy}};
+  const LensSetter fail = [](ImageId, const CameraModel&) { return Status::IoError("torn"); };
+  EXPECT_EQ(AdjustBundleWithLenses(&map, AllImages(map), map.PointsSeenBy(AllImages(map)),
+                                   {{ImageId(1), 0}}, {}, fail, {&lens, 1})
+                .status()
+                .message(),
+            "torn");
 }
 
 TEST(BundleAdjustment, HoldsImagesThatAreNotFree) {

@@ -40,7 +40,7 @@ BundleProblem ProblemOf(const SyntheticScene& scene) {
 TEST(LensDeviation, IsHowMuchTheFocalLengthIsOff) {
   constexpr int kSeeds = 60;
   for (const uint32_t lens_count : {1u, 2u}) {
-    std::vector<double> squares(lens_count), told(lens_count);
+    std::vector<double> squares(lens_count), told(lens_count), start(lens_count);
     for (int seed = 1; seed <= kSeeds; ++seed) {
       SceneOptions options;
       options.seed = 7;
@@ -48,27 +48,39 @@ TEST(LensDeviation, IsHowMuchTheFocalLengthIsOff) {
       options.noise_px = 0;
       SyntheticScene scene = MakeScene(options);
       BundleProblem problem = ProblemOf(scene);
+      const Pinhole& c = scene.camera;
+      const CameraModel truth{SyntheticScene::kWidth,
+                              SyntheticScene::kHeight,
+                              c.fx,
+                              c.fy,
+                              c.cx,
+                              c.cy,
+                              0,
+                              0,
+                              c.cx,
+                              c.cy};
       SeededRandom random(seed);
       for (BundleObservation& seen : problem.observations)
         seen.x_px += 0.5 * Eigen::Vector2d(Gaussian(random), Gaussian(random));
-      std::vector<std::optional<uint32_t>> lens_of;
-      for (uint32_t i = 0; i < problem.cameras.size(); ++i) lens_of.push_back(i % lens_count);
       // Known to as much as what the solver draws them to.
-      std::vector<double> start(lens_count), factors(lens_count, 1.0);
-      for (double& log : start) log = kLensFocalShare * Gaussian(random);
-      for (size_t i = 0; i < problem.cameras.size(); ++i) {
-        problem.cameras[i].fx *= std::exp(start[*lens_of[i]]);
-        problem.cameras[i].fy *= std::exp(start[*lens_of[i]]);
+      BundleLenses lenses;
+      for (double& off : start) {
+        const LensChange change(kLensPriorSigmas[0] * Gaussian(random),
+                                kLensPriorSigmas[1] * Gaussian(random),
+                                kLensPriorSigmas[2] * Gaussian(random));
+        off = change[0];
+        lenses.models.push_back(ChangedLens(truth, change));
       }
-      ASSERT_TRUE(SolveWithLenses({}, lens_of, &problem, factors));
-      for (size_t i = 0; i < problem.cameras.size(); ++i) {
-        problem.cameras[i].fx *= factors[*lens_of[i]];
-        problem.cameras[i].fy *= factors[*lens_of[i]];
-      }
-      const std::vector<double> deviations = LensDeviations({}, lens_of, lens_count, problem);
-      EXPECT_EQ(deviations, LensDeviations({}, lens_of, lens_count, problem)) << "the same again";
+      for (uint32_t i = 0; i < problem.cameras.size(); ++i)
+        lenses.of_image.push_back(i % lens_count);
+      const auto changes = SolveWithLenses({}, lenses, &problem);
+      ASSERT_TRUE(changes.has_value());
+      for (uint32_t i = 0; i < lens_count; ++i)
+        lenses.models[i] = ChangedLens(lenses.models[i], (*changes)[i]);
+      const std::vector<double> deviations = LensDeviations({}, lenses, problem);
+      EXPECT_EQ(deviations, LensDeviations({}, lenses, problem)) << "the same again";
       for (uint32_t lens = 0; lens < lens_count; ++lens) {
-        squares[lens] += std::pow(start[lens] + std::log(factors[lens]), 2) / kSeeds;
+        squares[lens] += std::pow(start[lens] + (*changes)[lens][0], 2) / kSeeds;
         told[lens] += deviations[lens] / kSeeds;
       }
     }
@@ -83,15 +95,20 @@ TEST(LensDeviation, IsHowMuchTheFocalLengthIsOff) {
 }
 
 TEST(LensDeviation, IsNoneWhereNothingTellsIt) {
-  BundleProblem problem = ProblemOf(MakeScene({}));
-  std::vector<std::optional<uint32_t>> lens_of(problem.cameras.size());
-  lens_of[0] = 0;
-  const std::vector<double> deviations = LensDeviations({}, lens_of, 2, problem);
+  const SyntheticScene scene = MakeScene({});
+  BundleProblem problem = ProblemOf(scene);
+  const Pinhole& c = scene.camera;
+  const CameraModel lens{
+      SyntheticScene::kWidth, SyntheticScene::kHeight, c.fx, c.fy, c.cx, c.cy, 0, 0, c.cx, c.cy};
+  BundleLenses lenses{{lens, lens}, std::vector<std::optional<uint32_t>>(problem.cameras.size())};
+  lenses.of_image[0] = 0;
+  const std::vector<double> deviations = LensDeviations({}, lenses, problem);
   EXPECT_GT(deviations[0], 0);
   EXPECT_EQ(deviations[1], 0);
   problem.free_count = 0;
-  EXPECT_EQ(LensDeviations({}, lens_of, 2, problem), (std::vector<double>{0, 0}));
-  EXPECT_TRUE(LensDeviations({}, lens_of, 0, problem).empty());
+  EXPECT_EQ(LensDeviations({}, lenses, problem), (std::vector<double>{0, 0}));
+  lenses.models.clear();
+  EXPECT_TRUE(LensDeviations({}, lenses, problem).empty());
 }
 
 }  // namespace

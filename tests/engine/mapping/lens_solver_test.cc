@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal: focal lengths are found together with poses and points; what is not to be refined stays,
-//   and a problem that cannot be solved is left as it is.
-// Method: a synthetic scene whose focal lengths are taken 3 % too short.
+// Goal: focal lengths, k1 and k2 are found together with poses and points; what is not to be
+//   refined stays, and a problem that cannot be solved is left as it is.
+// Method: a synthetic scene whose photos a lens has distorted. Its focal length is taken 3 % too
+//   short, and its distortion for another one.
 #include "engine/mapping/lens_solver.h"
 
 #include <gtest/gtest.h>
 
+#include "engine/camera/projection.h"
 #include "synthetic_scene.h"
 
 namespace veduta {
 namespace {
 
-BundleProblem ShortFocalLengths(const SyntheticScene& scene) {
+BundleProblem ProblemOf(const SyntheticScene& scene) {
   const CityMap map = MakeMap(scene);
   BundleProblem problem;
   std::vector<ImageId> images;
@@ -19,7 +21,6 @@ BundleProblem ShortFocalLengths(const SyntheticScene& scene) {
     images.push_back(id);
     problem.cams_from_world.push_back(image.cam_from_world);
     problem.cameras.push_back(image.camera);
-    problem.cameras.back().fx *= 0.97, problem.cameras.back().fy *= 0.97;
   }
   problem.free_count = static_cast<uint32_t>(images.size()) - 1;
   for (const PointId id : map.PointsSeenBy(images)) {
@@ -34,41 +35,70 @@ BundleProblem ShortFocalLengths(const SyntheticScene& scene) {
   return problem;
 }
 
-TEST(LensSolver, FindsTheFocalLengthAndHoldsTheLastPose) {
+CameraModel TrueLens(const SyntheticScene& scene) {
+  const Pinhole& c = scene.camera;
+  return {SyntheticScene::kWidth,
+          SyntheticScene::kHeight,
+          c.fx,
+          c.fy,
+          c.cx,
+          c.cy,
+          -0.1,
+          0.02,
+          c.cx,
+          c.cy};
+}
+
+// All images have the lens, as `believed`.
+BundleLenses Believe(const CameraModel& truth, const CameraModel& believed,
+                     BundleProblem* problem) {
+  for (BundleObservation& seen : problem->observations) seen.x_px = DistortPixel(truth, seen.x_px);
+  return {{believed}, std::vector<std::optional<uint32_t>>(problem->cameras.size(), 0)};
+}
+
+TEST(LensSolver, FindsTheLensAndHoldsTheLastPose) {
   const SyntheticScene scene = MakeScene({});
-  const BundleProblem before = ShortFocalLengths(scene);
-  const std::vector<std::optional<uint32_t>> lens_of(before.cameras.size(), 0);
-  double first = 0;
+  const CameraModel truth = TrueLens(scene);
+  CameraModel believed = truth;
+  believed.fx *= 0.97, believed.fy *= 0.97, believed.k1 = -0.05, believed.k2 = 0;
+  BundleProblem before = ProblemOf(scene);
+  const BundleLenses lenses = Believe(truth, believed, &before);
+  LensChange first;
   for (int run = 0; run < 2; ++run) {
     BundleProblem problem = before;
-    double factor = 1;
-    ASSERT_TRUE(SolveWithLenses({}, lens_of, &problem, {&factor, 1}));
-    EXPECT_NEAR(factor, 1 / 0.97, 0.004);
+    const auto changes = SolveWithLenses({}, lenses, &problem);
+    ASSERT_TRUE(changes.has_value());
+    const CameraModel found = ChangedLens(believed, changes->front());
+    EXPECT_NEAR(found.fx, truth.fx, 0.004 * truth.fx);
+    EXPECT_NEAR(found.fy, truth.fy, 0.004 * truth.fy);
+    EXPECT_NEAR(found.k1, truth.k1, 0.01);
+    for (const Eigen::Vector2d& place : {Eigen::Vector2d(0, 0), Eigen::Vector2d(250, 200)})
+      EXPECT_LT((DistortPixel(found, place) - DistortPixel(truth, place)).norm(), 1.0);
     EXPECT_LT(
         (problem.cams_from_world.back().Center() - before.cams_from_world.back().Center()).norm(),
         1e-9);
     EXPECT_GT((problem.points[0] - before.points[0]).norm(), 1e-6);
-    if (run == 0) first = factor;
-    EXPECT_EQ(factor, first) << "the same each time";
+    if (run == 0) first = changes->front();
+    EXPECT_EQ(changes->front(), first) << "the same each time";
   }
 }
 
 TEST(LensSolver, WhereNoLensIsFreePosesAndPointsAreRefined) {
-  BundleProblem problem = ShortFocalLengths(MakeScene({}));
+  BundleProblem problem = ProblemOf(MakeScene({}));
+  for (Pinhole& camera : problem.cameras) camera.fx *= 0.97, camera.fy *= 0.97;
   const BundleProblem before = problem;
-  const std::vector<std::optional<uint32_t>> lens_of(problem.cameras.size());
-  ASSERT_TRUE(SolveWithLenses({}, lens_of, &problem, {}));
+  const BundleLenses none{{}, std::vector<std::optional<uint32_t>>(problem.cameras.size())};
+  ASSERT_TRUE(SolveWithLenses({}, none, &problem).has_value());
   EXPECT_NE(problem.points[0], before.points[0]);
 }
 
 TEST(LensSolver, LeavesWhatItCannotSolve) {
-  BundleProblem problem = ShortFocalLengths(MakeScene({}));
+  const SyntheticScene scene = MakeScene({});
+  BundleProblem problem = ProblemOf(scene);
+  const BundleLenses lenses = Believe(TrueLens(scene), TrueLens(scene), &problem);
   problem.points[0].x() = std::nan("");
   const BundleProblem before = problem;
-  const std::vector<std::optional<uint32_t>> lens_of(problem.cameras.size(), 0);
-  double factor = 1;
-  EXPECT_FALSE(SolveWithLenses({}, lens_of, &problem, {&factor, 1}));
-  EXPECT_EQ(factor, 1);
+  EXPECT_FALSE(SolveWithLenses({}, lenses, &problem).has_value());
   EXPECT_EQ(problem.points[1], before.points[1]);
 }
 

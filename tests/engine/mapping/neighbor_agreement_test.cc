@@ -59,7 +59,7 @@ TEST(NeighborAgreement, ARotationOfItsOwnIsAskedOfMatchesThatAreSpread) {
   EXPECT_TRUE(IsTurned(view, other, turned(narrow, 4), {.rotation_narrow_factor = 1}));
   // That was by another focal length; by that of now it finds the right one.
   PairMatches old = turned(right, 4);
-  old.focal_photo_px = old.focal_other_px = 1.05 * view.camera.focal_px();
+  old.lens_photo.focal_px = old.lens_other.focal_px = 1.05 * view.camera.focal_px();
   EXPECT_FALSE(IsTurned(view, other, old, options));
 }
 

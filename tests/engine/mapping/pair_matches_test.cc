@@ -15,8 +15,8 @@ namespace {
 TEST(PairMatches, AreTheRecordFromEitherSide) {
   const SyntheticScene scene = MakeScene({});
   PairRecord record = scene.Pair(1, 4);
-  record.focal_a_px = 900;
-  record.focal_b_px = 800;
+  record.lens_a.focal_px = 900;
+  record.lens_b.focal_px = 800;
   const PairMatches by_a = MatchesFrom(record, record.a), by_b = MatchesFrom(record, record.b);
   EXPECT_EQ(by_a.other, record.b);
   EXPECT_EQ(by_b.other, record.a);
@@ -32,8 +32,8 @@ TEST(PairMatches, AreTheRecordFromEitherSide) {
     EXPECT_EQ(back.a, record.a);
     EXPECT_EQ(back.b, record.b);
     EXPECT_EQ(back.matches, record.matches);
-    EXPECT_EQ(back.focal_a_px, 900);
-    EXPECT_EQ(back.focal_b_px, 800);
+    EXPECT_EQ(back.lens_a.focal_px, 900);
+    EXPECT_EQ(back.lens_b.focal_px, 800);
     EXPECT_LT((back.b_from_a.translation - record.b_from_a.translation).norm(), 1e-12);
     // In whatever order the matches are.
     PairMatches reversed = MatchesFrom(record, photo);

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/photo/carried_features.h"
 #include "engine/photo/photo_preparer.h"
 #include "storage/records/photo_record.h"
 #include "tests/engine/street_photos.h"
@@ -18,7 +19,7 @@ TEST(DerivedFeatures, AreTheStoredOnes) {
   const TemporaryFolder folder;
   const std::string path = folder / "db";
   const TakenPhoto& photo = TakePhoto({4, 90});
-  const CameraModel camera = StreetCameraModel();
+  const CameraRecord camera{CameraId(1), "street", StreetCameraModel(), "rendered"};
   UndistortCache tables(1 << 20);
   ImageRecord image;
   Features features;
@@ -28,7 +29,7 @@ TEST(DerivedFeatures, AreTheStoredOnes) {
     const auto database = Database::Open(path, options);
     ASSERT_OK(database);
     const PhotoPreparer preparer(database->get(), &tables, PrepareOptions());
-    const PreparedPhoto prepared = preparer.Extract({photo.name, "", photo.jpeg}, camera);
+    const PreparedPhoto prepared = preparer.Extract({photo.name, "", photo.jpeg}, camera.model);
     ASSERT_EQ(prepared.reason, Reason::kNone) << prepared.detail;
     image.name = photo.name;
     image.photo = prepared.hash;
@@ -57,6 +58,16 @@ TEST(DerivedFeatures, AreTheStoredOnes) {
     ASSERT_OK(derived);
     EXPECT_EQ(derived->keypoints, features.keypoints);
     EXPECT_EQ(derived->descriptors, features.descriptors);
+    // Of a lens that was refined since, they are extracted by the one that it was.
+    CameraRecord refined = camera;
+    refined.refined_from = camera.model;
+    refined.model.k1 += 0.05;
+    const auto carried = ReadOrDeriveFeatures(*(*database)->GetSnapshot(), image, refined, &tables);
+    ASSERT_OK(carried);
+    EXPECT_EQ(carried->descriptors, features.descriptors);
+    CarryKeypoints(refined, features.keypoints);
+    EXPECT_EQ(carried->keypoints, features.keypoints);
+    EXPECT_NE(carried->keypoints, derived->keypoints);
   }
   overwrite(Family::kPhotos);
   const auto database = Database::Open(path, reading);

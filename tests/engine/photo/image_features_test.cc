@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/matching/mutual_matcher.h"
+#include "engine/photo/carried_features.h"
 #include "tests/storage/samples.h"
 
 namespace veduta {
@@ -80,6 +81,26 @@ TEST_F(ImageFeaturesTest, AreThoseStored) {
   EXPECT_GT((*image)->size_bytes(), 30u * kDescriptorSize);
   EXPECT_EQ(cache.Get(*database_->GetSnapshot(), ImageId(3)).status().code(),
             StatusCode::kNotFound);
+}
+
+TEST_F(ImageFeaturesTest, LieWhereTheLensOfTheSnapshotHasThem) {
+  ImageFeatureCache cache(1 << 20, 20);
+  const auto before = database_->GetSnapshot();
+  const auto old = *cache.Get(*before, ImageId(2));
+  CameraRecord refined{CameraId(1), "camera", Model(), "made"};
+  refined.refined_from = refined.model;
+  refined.model.fx = 95, refined.model.k1 = 0.1;
+  const auto transaction = database_->BeginTransaction();
+  transaction->PutCamera(refined);
+  ASSERT_OK(transaction->Commit());
+  const auto now = *cache.Get(*database_->GetSnapshot(), ImageId(2));
+  EXPECT_EQ(now->camera.fx, 95);
+  EXPECT_EQ(now->lens, refined.model);
+  EXPECT_EQ(now->features->descriptors, old->features->descriptors);
+  EXPECT_EQ(now->features->keypoints, Carried(refined, old->features)->keypoints);
+  EXPECT_NE(now->features->keypoints, old->features->keypoints);
+  EXPECT_EQ(*cache.Get(*database_->GetSnapshot(), ImageId(2)), now) << "kept";
+  EXPECT_EQ((*cache.Get(*before, ImageId(2)))->features->keypoints, old->features->keypoints);
 }
 
 TEST_F(ImageFeaturesTest, MatchesAreThoseOfTheMatcherAndAreKept) {

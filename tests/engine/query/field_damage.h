@@ -49,8 +49,12 @@ inline std::vector<FieldDamage> PairDamages() {
         of_pair([](PairRecord* p) { p->b_from_a.translation *= -1; })},
        {"bFromA: length of the translation",
         of_pair([](PairRecord* p) { p->b_from_a.translation *= 1.01; })},
-       {"focalAPx", of_pair([](PairRecord* p) { p->focal_a_px *= 1.2; })},
-       {"focalBPx", of_pair([](PairRecord* p) { p->focal_b_px *= 1.2; })},
+       {"focalAPx", of_pair([](PairRecord* p) { p->lens_a.focal_px *= 1.2; })},
+       {"focalBPx", of_pair([](PairRecord* p) { p->lens_b.focal_px *= 1.2; })},
+       {"k1A", of_pair([](PairRecord* p) { p->lens_a.k1 += 0.3; })},
+       {"k2A", of_pair([](PairRecord* p) { p->lens_a.k2 += 0.9; })},
+       {"k1B", of_pair([](PairRecord* p) { p->lens_b.k1 += 0.3; })},
+       {"k2B", of_pair([](PairRecord* p) { p->lens_b.k2 += 0.9; })},
        {"matches: one less", of_pair([](PairRecord* p) { p->matches.pop_back(); })},
        {"matches: b of one", of_pair([](PairRecord* p) {
           std::swap(p->matches[0].b, p->matches[p->matches.size() / 2].b);

@@ -43,6 +43,9 @@ inline std::vector<FieldDamage> StateDamages() {
 
 inline std::vector<FieldDamage> CameraDamages() {
   using R = CameraRecord;
+  const auto refined_from = [](double CameraModel::*number, double off) {
+    return [=](R* r) { r->refined_from.emplace(r->model).*number += off; };
+  };
   return DamagesOf<R>({{"name", [](R* r) { r->name += "x"; }},
                        {"source", [](R* r) { r->source += "x"; }},
                        {"widthPx", [](R* r) { r->model.width_px += 1; }},
@@ -57,6 +60,10 @@ inline std::vector<FieldDamage> CameraDamages() {
                        {"toldFocalShare", [](R* r) { r->told_focal_share += 0.5; }},
                        {"focalStddevShare", [](R* r) { r->focal_stddev_share += 0.5; }},
                        {"version", [](R* r) { r->version += 1; }},
+                       {"refinedFromFx", refined_from(&CameraModel::fx, 9)},
+                       {"refinedFromFy", refined_from(&CameraModel::fy, 9)},
+                       {"refinedFromK1", refined_from(&CameraModel::k1, 0.03)},
+                       {"refinedFromK2", refined_from(&CameraModel::k2, 0.03)},
                        {"u0", [](R* r) { r->model.u0 += 5; }},
                        {"v0", [](R* r) { r->model.v0 += 5; }}});
 }

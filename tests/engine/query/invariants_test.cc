@@ -22,7 +22,9 @@ namespace {
 
 // Fields of the digest that nothing else determines; FORMAT.md lists them, and says why.
 const std::set<std::string> kFree = {
-    "cameras.u0",  // where k1 and k2 are 0
+    "cameras.refinedFromFx",  // this and the next three where k1 and k2 are 0
+    "cameras.refinedFromFy",
+    "cameras.u0",
     "cameras.v0",
     "images.camera",  // this and the next six of rejected photos, which are not kept
     "images.featureCount",

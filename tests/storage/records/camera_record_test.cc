@@ -26,6 +26,9 @@ TEST(CameraRecord, RoundTrips) {
   camera.told_focal_share = 0.75;
   camera.focal_stddev_share = 0.01;
   camera.version = 7;
+  camera.refined_from = camera.model;
+  camera.refined_from->fx = 3.25, camera.refined_from->fy = 3.75;
+  camera.refined_from->k1 = 0.125, camera.refined_from->k2 = -1;
   const AwaitedPhotos awaited{{HashOf("one"), HashOf("other")}, HashOf("list")};
   camera.awaited = std::make_shared<const AwaitedPhotos>(awaited);
   CameraRecord decoded;
@@ -38,6 +41,8 @@ TEST(CameraRecord, RoundTrips) {
   EXPECT_EQ(decoded.told_focal_share, camera.told_focal_share);
   EXPECT_EQ(decoded.focal_stddev_share, camera.focal_stddev_share);
   EXPECT_EQ(decoded.version, 7u);
+  EXPECT_EQ(decoded.refined_from, camera.refined_from);
+  EXPECT_EQ(decoded.extraction_model(), *camera.refined_from);
   ASSERT_NE(decoded.awaited, nullptr);
   EXPECT_EQ(decoded.awaited->photos, awaited.photos);
   EXPECT_EQ(decoded.awaited->list, awaited.list);
@@ -46,6 +51,7 @@ TEST(CameraRecord, RoundTrips) {
   RoundTrip(empty, &decoded, empty.id);
   EXPECT_EQ(decoded.name, "");
   EXPECT_EQ(decoded.awaited, nullptr);
+  EXPECT_FALSE(decoded.refined_from.has_value());
   EXPECT_EQ(decoded.model, CameraModel{});
 }
 
@@ -58,6 +64,15 @@ TEST(CameraRecord, RefusesWhatBreaksARule) {
   camera.model.k2 = 0;
   camera.told_focal_share = kNan;
   ExpectRefused(camera, "told_focal_share");
+  camera.told_focal_share = 0;
+  camera.refined_from = camera.model;
+  ExpectRefused(camera, "no focal length");
+  camera.refined_from->fx = 2;
+  camera.refined_from->k1 = kNan;
+  ExpectRefused(camera, "refined_from");
+  camera.refined_from->k1 = 0;
+  camera.refined_from->cx = 1;
+  ExpectRefused(camera, "differs by more");
 }
 
 TEST(CameraRecord, DamagedValueIsCorruption) {

@@ -24,8 +24,8 @@ TEST(PairRecord, RoundTrips) {
     EXPECT_EQ(decoded.b, pair.b);
     EXPECT_EQ(decoded.geometry, pair.geometry);
     EXPECT_EQ(decoded.matches, pair.matches);
-    EXPECT_EQ(decoded.focal_a_px, pair.focal_a_px);
-    EXPECT_EQ(decoded.focal_b_px, pair.focal_b_px);
+    EXPECT_EQ(decoded.lens_a, pair.lens_a);
+    EXPECT_EQ(decoded.lens_b, pair.lens_b);
     EXPECT_EQ(decoded.b_from_a.rotation.coeffs(), pair.b_from_a.rotation.coeffs());
     EXPECT_EQ(decoded.b_from_a.translation, pair.b_from_a.translation);
   }
@@ -46,9 +46,9 @@ TEST(PairRecord, RefusesWhatBreaksARule) {
   pair.geometry = static_cast<PairGeometry>(9);
   ExpectRefused(pair, "geometry");
   pair = SamplePair(1, 2, 3);
-  pair.focal_b_px = -1;
+  pair.lens_b.focal_px = -1;
   ExpectRefused(pair, "focalBPx");
-  pair.focal_b_px = std::numeric_limits<double>::infinity();
+  pair.lens_b.focal_px = std::numeric_limits<double>::infinity();
   ExpectRefused(pair, "focalBPx");
 }
 
