@@ -92,10 +92,8 @@ std::string SourceOf(const Calibration& made) {
 // The group's name, or one that says its size; where that is taken, with a number.
 std::string NameOf(const Group& group, const Calibration& made,
                    const std::set<std::string>& taken) {
-  const std::string wanted = !group.name.empty()
-                                 ? group.name
-                                 : "photos of " + std::to_string(made.model.width_px) + "x" +
-                                       std::to_string(made.model.height_px);
+  const std::string wanted =
+      !group.name.empty() ? group.name : SilentGroupOf({made.model.width_px, made.model.height_px});
   return NumberedName(wanted, [&](const std::string& name) { return taken.contains(name); });
 }
 

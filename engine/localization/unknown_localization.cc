@@ -30,6 +30,11 @@ constexpr size_t kImagesMax = 16;
 // Times that a photo is localised, each with the camera of the time before. Chosen by hand; not
 // measured.
 constexpr int kRoundsMax = 3;
+// Cameras of photos that tell nothing that are tried for another such photo. Chosen by hand.
+constexpr size_t kSilentMax = 3;
+// By how much of the focal length, or by how many of its standard deviations, a photo alone may
+// want another one than its camera has. Chosen by hand.
+constexpr double kSilentFocalShare = 0.01, kSilentDeviations = 3;
 // Share of the focal length by which it may change without another round. Chosen by hand; not
 // measured.
 constexpr double kFocalChangeMax = 0.005;
@@ -237,8 +242,59 @@ Result<std::optional<CameraRecord>> FindStoredCamera(const Snapshot& snapshot,
   return std::optional(std::move(camera));
 }
 
+// Cameras that photos of the size have told together which tell nothing of themselves.
+Result<std::vector<CameraRecord>> ListSilentCameras(const Snapshot& snapshot,
+                                                    const ImageSize& size) {
+  VEDUTA_ASSIGN_OR_RETURN(std::vector<CameraRecord> cameras, snapshot.ListCameras());
+  std::erase_if(cameras, [&](const CameraRecord& camera) {
+    return !camera.is_refinable || camera.model.width_px != size.width_px ||
+           camera.model.height_px != size.height_px ||
+           !IsNumberedName(camera.name, SilentGroupOf(size));
+  });
+  if (cameras.size() > kSilentMax) cameras.resize(kSilentMax);
+  return cameras;
+}
+
+struct LocalizedByCamera {
+  LocalizedPhoto photo;
+  CameraRecord camera;
+};
+
+// By the one of these cameras that explains most of what the photo sees, as well as one of its own
+// would: of a photo that does not say which camera took it.
+Result<std::optional<LocalizedByCamera>> LocalizeBySilent(const LocalizationParts& parts,
+                                                          const PhotoPreparer& preparer,
+                                                          const PhotoSource& source,
+                                                          const ImageSize& size) {
+  VEDUTA_ASSIGN_OR_RETURN(const std::vector<CameraRecord> cameras,
+                          ListSilentCameras(*parts.snapshot, size));
+  std::optional<LocalizedByCamera> best;
+  for (const CameraRecord& camera : cameras) {
+    PreparedPhoto photo = ExtractCarried(preparer, source, camera);
+    if (!photo.failure.ok()) return photo.failure;
+    PreparedPhoto same;  // of which localising wants these
+    same.name = photo.name;
+    same.hash = photo.hash;
+    same.width_px = photo.width_px, same.height_px = photo.height_px;
+    same.features = photo.features;
+    VEDUTA_ASSIGN_OR_RETURN(LocalizedPhoto by_camera,
+                            LocalizePhoto(parts, std::move(photo), camera.model));
+    if (by_camera.verdict != Verdict::kPlaced) continue;
+    if (best && best->photo.inlier_count >= by_camera.inlier_count) continue;
+    VEDUTA_ASSIGN_OR_RETURN(
+        const LocalizedPhoto alone,
+        LocalizePhoto(parts, std::move(same), camera.model, Lens::kEstimated, 0));
+    if (!alone.camera) continue;
+    const double off = std::abs(std::log(alone.camera->model.fx / camera.model.fx));
+    if (off > std::max(kSilentFocalShare, kSilentDeviations * alone.camera->focal_stddev_share))
+      continue;
+    best = {std::move(by_camera), camera};
+  }
+  return best;
+}
+
 Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPreparer& preparer,
-                                const PhotoSource& source, std::optional<CameraRecord>* copied) {
+                                const PhotoSource& source, std::optional<CameraRecord>* known) {
   PreparedPhoto photo = preparer.Extract(source, std::nullopt);
   if (!photo.failure.ok()) return photo.failure;
   if (photo.reason != Reason::kNone) return LocalizePhoto(parts, std::move(photo), CameraModel());
@@ -260,11 +316,20 @@ Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPrepa
                             LocalizePhoto(parts, std::move(with), of_group->model));
     if (by_group.verdict == Verdict::kPlaced) return by_group;
   }
+  if (facts.camera_group.empty() && !facts.is_upside_down) {
+    VEDUTA_ASSIGN_OR_RETURN(
+        std::optional<LocalizedByCamera> silent,
+        LocalizeBySilent(parts, preparer, source, {photo.width_px, photo.height_px}));
+    if (silent) {
+      if (known != nullptr) *known = std::move(silent->camera);
+      return std::move(silent->photo);
+    }
+  }
   const double told_share = facts.focal_share.value_or(0),
                told_px = told_share * std::max(photo.width_px, photo.height_px);
   // Here its pixels are upright, and it is stored as it is: with another camera.
-  if (facts.is_upside_down) copied = nullptr;
-  VEDUTA_ASSIGN_OR_RETURN(FoundCamera found, CameraSearch(parts, photo, told_share).Run(copied));
+  if (facts.is_upside_down) known = nullptr;
+  VEDUTA_ASSIGN_OR_RETURN(FoundCamera found, CameraSearch(parts, photo, told_share).Run(known));
   const double search_ms = watch.LapMs();
   LocalizedPhoto localized;
   if (!found.camera) {
@@ -293,9 +358,9 @@ Result<LocalizedPhoto> Localize(const LocalizationParts& parts, const PhotoPrepa
 
 Result<LocalizedPhoto> LocalizeUnknown(const LocalizationParts& parts,
                                        const PhotoPreparer& preparer, const PhotoSource& source,
-                                       std::optional<CameraRecord>* copied) {
+                                       std::optional<CameraRecord>* known) {
   return CatchShortage("localise the photo",
-                       [&] { return Localize(parts, preparer, source, copied); });
+                       [&] { return Localize(parts, preparer, source, known); });
 }
 
 }  // namespace veduta

@@ -11,11 +11,13 @@ namespace veduta {
 // with the focal length that the photo tells of itself, if any. With that camera it is localised
 // like any other photo (LocalizePhoto), while the camera is refined by all that it then sees; anew,
 // twice at most, where that has changed the camera. A photo whose bytes are stored has the camera
-// that it was stored with. Where `copied` is given and the photo is a copy of a stored one, that
-// receives the copy's camera (FindCopiedCamera), and the photo is not localised. Errors,
+// that it was stored with. One that does not say which camera took it is tried with those that
+// photos of its size have told together which tell nothing either, and has one of them where it
+// wants no other focal length. Where `known` is given, it receives such a camera, or where the photo
+// is a copy of a stored one, the copy's camera (FindCopiedCamera); a copy is not localised then. Errors,
 // determinism and threads are those of LocalizePhoto.
 Result<LocalizedPhoto> LocalizeUnknown(const LocalizationParts& parts,
                                        const PhotoPreparer& preparer, const PhotoSource& source,
-                                       std::optional<CameraRecord>* copied = nullptr);
+                                       std::optional<CameraRecord>* known = nullptr);
 
 }  // namespace veduta

@@ -72,6 +72,10 @@ std::string CameraGroupOf(const ExifCamera& camera, const PhotoHeader& header) {
   return name;
 }
 
+std::string SilentGroupOf(const ImageSize& size) {
+  return "photos of " + size.Text();
+}
+
 Result<std::optional<CameraRecord>> FindGroupCamera(const Snapshot& snapshot,
                                                     const std::string& group,
                                                     std::optional<double> focal_share) {

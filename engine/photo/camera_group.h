@@ -37,6 +37,10 @@ std::string NumberedName(const std::string& name,
 // Whether it is the name, or the name with a number.
 bool IsNumberedName(const std::string& numbered, const std::string& name);
 
+// The name of a camera that photos of one size have told together which tell nothing of themselves:
+// "photos of 1536x1024".
+std::string SilentGroupOf(const ImageSize& size);
+
 // The stored camera of a group, the first one whose first photo told the same focal length as this
 // one (IsToldAlike). Nothing where there is none. O(cameras).
 Result<std::optional<CameraRecord>> FindGroupCamera(const Snapshot& snapshot,

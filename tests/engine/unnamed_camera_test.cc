@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "tests/engine/camera/exif_writer.h"
@@ -75,6 +77,44 @@ TEST(UnnamedCamera, EachPhotoThatSaysNothingHasACameraOfItsOwn) {
   const AddOutcome anew = city.Add({photos[0]}).front();
   EXPECT_EQ(anew.verdict, Verdict::kPlaced) << anew.detail << anew.failure.message();
   EXPECT_FALSE(cameras.contains(anew.camera)) << anew.camera;
+}
+
+// A part of the photo's middle, as large as the photo: the focal length is so many times as long.
+PhotoSubmission Enlarged(const Stand& stand, double times) {
+  const TakenPhoto& taken = TakePhoto(stand);
+  const cv::Mat photo = cv::imdecode(taken.jpeg, cv::IMREAD_COLOR);
+  const cv::Size size(static_cast<int>(photo.cols / times), static_cast<int>(photo.rows / times));
+  const cv::Rect middle({(photo.cols - size.width) / 2, (photo.rows - size.height) / 2}, size);
+  cv::Mat enlarged;
+  cv::resize(photo(middle), enlarged, photo.size(), 0, 0, cv::INTER_CUBIC);
+  std::vector<uint8_t> bytes;
+  cv::imencode(".png", enlarged, bytes);
+  return {{taken.name, taken.name, bytes}, "", "anna"};
+}
+
+TEST(UnnamedCamera, PhotosThatSayNothingHaveTheCameraThatSuchPhotosHaveTold) {
+  City city;
+  const std::vector<Stand> walk = Walk(5, 0.5, 16);
+  std::vector<PhotoSubmission> first;
+  for (size_t i = 0; i < 12; ++i) first.push_back(WithoutCamera(walk[i]));
+  ASSERT_OK(city.engine().CalibrateFirst(first));
+  city.Add(first);
+  ASSERT_EQ(city.Counts().placed, 12u);
+  const auto before = city.Ask().door().Cameras();
+  ASSERT_OK(before);
+  ASSERT_EQ(before->size(), 1u);
+  EXPECT_EQ(before->front().name, "photos of 512x384");
+  for (const size_t i : {12u, 13u}) {
+    const AddOutcome outcome = city.Add({WithoutCamera(walk[i])}).front();
+    EXPECT_EQ(outcome.verdict, Verdict::kPlaced) << outcome.detail << outcome.failure.message();
+    EXPECT_EQ(outcome.camera, "") << "no new one";
+  }
+  EXPECT_EQ(city.Ask().door().Cameras()->size(), 1u);
+  const AddOutcome other = city.Add({Enlarged(walk[14], 1.25)}).front();
+  EXPECT_EQ(other.verdict, Verdict::kPlaced) << other.detail << other.failure.message();
+  EXPECT_EQ(other.camera.substr(0, 10), "estimated ");
+  EXPECT_NEAR(FocalOf(city, other.camera) / StreetCameraModel().fx, 1.25, 0.03);
+  EXPECT_TRUE(IsSound(city.Ask().snapshot()));
 }
 
 TEST(UnnamedCamera, WhatComesTooEarlyIsTriedAgainAfterTheOthers) {
