@@ -13,9 +13,9 @@ namespace veduta {
 // twice at most, where that has changed the camera. A photo whose bytes are stored has the camera
 // that it was stored with. One that does not say which camera took it is tried with those that
 // photos of its size have told together which tell nothing either, and has one of them where it
-// wants no other focal length. Where `known` is given, it receives such a camera, or where the photo
-// is a copy of a stored one, the copy's camera (FindCopiedCamera); a copy is not localised then. Errors,
-// determinism and threads are those of LocalizePhoto.
+// wants no other focal length. Where `known` is given, it receives such a camera, or where the
+// photo is a copy of a stored one, the copy's camera (FindCopiedCamera); a copy is not localised
+// then. Errors, determinism and threads are those of LocalizePhoto.
 Result<LocalizedPhoto> LocalizeUnknown(const LocalizationParts& parts,
                                        const PhotoPreparer& preparer, const PhotoSource& source,
                                        std::optional<CameraRecord>* known = nullptr);
