@@ -83,15 +83,10 @@ Result<AdjustedWhole> AdjustWhole(const IngestParts& parts, ReconstructionId rec
   MapLoader loader(scope.base, parts.features, parts.map, parts.pool);
   VEDUTA_ASSIGN_OR_RETURN(const ReconstructionRecord record,
                           scope.base->GetReconstruction(reconstruction));
-  const MappingContext context{&loader, parts.map, parts.pool, parts.options.mapper};
   VEDUTA_ASSIGN_OR_RETURN(
-      Healing healing,
-      AdjustReconstruction(context, reconstruction,
+      const Healing healing,
+      AdjustReconstruction({&loader, parts.map, parts.pool, parts.options.mapper}, reconstruction,
                            IsRefinementDue(record) ? Lenses::kRefined : Lenses::kHeld));
-  if (healing.empty() && IsRefinedOnceJudged(record)) {
-    VEDUTA_ASSIGN_OR_RETURN(healing,
-                            AdjustReconstruction(context, reconstruction, Lenses::kRefined));
-  }
   return WriteAdjustedWhole(parts, reconstruction, healing, std::move(scope));
 }
 

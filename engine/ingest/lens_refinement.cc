@@ -22,8 +22,6 @@ namespace {
 // more.
 constexpr uint32_t kImagesMin = 12, kImagesMax = 600;
 constexpr double kGrowth = 1.5;
-// Up to so many images they are refined after a merge. Chosen by hand: it takes a second or two.
-constexpr uint32_t kJudgedImagesMax = 60;
 // By how much at least, over the longer side, rays must move in the photo where images of other
 // reconstructions rest on the lens: as far as a corner does by 0.3 % of the focal length.
 constexpr double kChangeMin = 0.0018;
@@ -240,11 +238,6 @@ bool IsRefinementDue(const ReconstructionRecord& record) {
   for (double step = kImagesMin; step <= record.image_count; step *= kGrowth)
     if (record.images_at_adjustment < step) return true;
   return false;
-}
-
-bool IsRefinedOnceJudged(const ReconstructionRecord& record) {
-  return record.images_at_adjustment == 0 && record.image_count >= kImagesMin &&
-         record.image_count <= kJudgedImagesMax;
 }
 
 Result<std::vector<RefinedLens>> RefineLenses(const MappingContext& context,

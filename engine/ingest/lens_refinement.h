@@ -21,9 +21,6 @@ namespace veduta {
 // where the adjustment is due for another reason, as after a merge: what was believed is judged
 // first by the lenses that it was believed with.
 bool IsRefinementDue(const ReconstructionRecord& record);
-// Whether they are refined then, in the same step, where the judgment has found nothing wrong: of a
-// young reconstruction, of 12 to 60 images, which may have grown by that merge alone.
-bool IsRefinedOnceJudged(const ReconstructionRecord& record);
 
 // The cameras of these images, in their order. What was refined with other ones must not be
 // written.

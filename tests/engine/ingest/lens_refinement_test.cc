@@ -245,40 +245,5 @@ TEST(LensRefinement, IsDueAsTheReconstructionGrows) {
   EXPECT_FALSE(is_due(601, 550));
 }
 
-TEST(LensRefinement, AfterAMergeItFollowsTheJudgment) {
-  const auto is_refined = [](uint32_t images, uint32_t at_adjustment) {
-    ReconstructionRecord record;
-    record.image_count = images;
-    record.images_at_adjustment = at_adjustment;
-    return IsRefinedOnceJudged(record);
-  };
-  EXPECT_TRUE(is_refined(12, 0));
-  EXPECT_TRUE(is_refined(60, 0));
-  EXPECT_FALSE(is_refined(11, 0));
-  EXPECT_FALSE(is_refined(61, 0));
-  EXPECT_FALSE(is_refined(30, 29));
-
-  SceneDatabase scene(ManyCameras());
-  scene.AddImages(0, 14);
-  const ReconstructionId id = scene.AddReconstruction(Range(0, 14));
-  PutCamera(&scene, 0.98, true);
-  const auto transaction = scene.database()->BeginTransaction();
-  ReconstructionRecord merged = *scene.Snap()->GetReconstruction(id);
-  merged.images_at_adjustment = 0;
-  transaction->PutReconstruction(merged);
-  ASSERT_OK(transaction->Commit());
-  const IngestOptions options;
-  Retrieval retrieval{{}};
-  CityMap map;
-  const IngestParts parts{scene.database(), &retrieval, scene.features(),
-                          scene.pool(),     options,    &map};
-  ASSERT_OK(AdjustWhole(parts, id, BeginWrite(scene.database())));
-  const double truth = scene.scene().camera.fx;
-  EXPECT_NEAR(scene.Snap()->GetCamera(SceneDatabase::ImageCamera())->model.fx, truth,
-              0.003 * truth);
-  EXPECT_EQ(scene.Snap()->GetReconstruction(id)->images_at_adjustment, 14u);
-  ExpectSound(scene);
-}
-
 }  // namespace
 }  // namespace veduta
