@@ -260,6 +260,14 @@ struct LocalizedByCamera {
   CameraRecord camera;
 };
 
+// Whether the photo, whose lens was estimated, wants the focal length that the camera has.
+bool WantsFocalOf(const CameraRecord& camera, const LocalizedPhoto& estimated) {
+  if (!estimated.camera) return false;
+  const EstimatedCamera& own = *estimated.camera;
+  return std::abs(std::log(own.model.fx / camera.model.fx)) <=
+         std::max(kSilentFocalShare, kSilentDeviations * own.focal_stddev_share);
+}
+
 // By the one of these cameras that explains most of what the photo sees, as well as one of its own
 // would: of a photo that does not say which camera took it.
 Result<std::optional<LocalizedByCamera>> LocalizeBySilent(const LocalizationParts& parts,
@@ -284,11 +292,8 @@ Result<std::optional<LocalizedByCamera>> LocalizeBySilent(const LocalizationPart
     VEDUTA_ASSIGN_OR_RETURN(
         const LocalizedPhoto alone,
         LocalizePhoto(parts, std::move(same), camera.model, Lens::kEstimated, 0));
-    if (!alone.camera) continue;
-    const double off = std::abs(std::log(alone.camera->model.fx / camera.model.fx));
-    if (off > std::max(kSilentFocalShare, kSilentDeviations * alone.camera->focal_stddev_share))
-      continue;
-    best = {std::move(by_camera), camera};
+    // One that tells no focal length of its own may be a part of a photo, or of another camera.
+    if (WantsFocalOf(camera, alone)) best = {std::move(by_camera), camera};
   }
   return best;
 }
