@@ -149,5 +149,9 @@ TEST(CameraGroup, TheEquivalentOnFilmTellsTheFocalLength) {
   EXPECT_FALSE(share(26, {0, 0}));
 }
 
+TEST(CameraGroup, PhotosThatSayNothingAreNamedByTheirSize) {
+  EXPECT_EQ(SilentGroupOf({1536, 1024}), "photos of 1536x1024");
+}
+
 }  // namespace
 }  // namespace veduta
